@@ -1,0 +1,191 @@
+//! The one error type of the workspace.
+
+use std::path::PathBuf;
+
+/// What can go wrong when a volume is read, uploaded or drawn.
+///
+/// `Display` says what and where in one line, lower case, without a full stop;
+/// [`Error::help`] says what to do about it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file could not be opened, read or written.
+    #[error("{action} {}: {source}", path.display())]
+    Io {
+        /// "cannot open", "cannot read", "cannot write".
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// The operating system's reason.
+        source: std::io::Error,
+    },
+    /// A file's contents are not what its format says.
+    #[error("{what}, in {} at {at}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Where in it: "byte 12", "line 3, column 7", "array 'Temperature'".
+        at: String,
+        /// What is wrong, with the numbers.
+        what: String,
+        /// What to try, if anything comes to mind.
+        help: Option<String>,
+    },
+    /// A mesh, grid or transfer function was built from values that make no sense.
+    #[error("{what}")]
+    Invalid {
+        /// What is wrong, with the numbers and the index of the offending item.
+        what: String,
+        /// What to try, if anything comes to mind.
+        help: Option<String>,
+    },
+    /// A scene file or a scene option is wrong.
+    #[error("{what}, in {at}")]
+    Scene {
+        /// The file with line and column, or the option.
+        at: String,
+        /// What is wrong.
+        what: String,
+        /// What to try.
+        help: Option<String>,
+    },
+    /// A named field is not in the volume.
+    #[error("no field '{name}'{}", list(available))]
+    NoSuchField {
+        /// The name that was asked for.
+        name: String,
+        /// The names that exist, with their ranges.
+        available: Vec<String>,
+    },
+    /// A name given by the user is not one of those that exist.
+    #[error("no {kind} '{name}'; valid: {}", valid.join(", "))]
+    Unknown {
+        /// "algorithm", "setting", "data set", …
+        kind: &'static str,
+        /// What was asked for.
+        name: String,
+        /// What exists.
+        valid: Vec<String>,
+    },
+    /// The renderer cannot draw this scene.
+    #[error("{renderer} does not draw {what}: {reason}")]
+    Unsupported {
+        /// The renderer's name.
+        renderer: &'static str,
+        /// What was asked of it.
+        what: String,
+        /// Why it cannot.
+        reason: String,
+    },
+    /// No graphics adapter fits.
+    #[error("no suitable graphics adapter: {reason}")]
+    NoAdapter {
+        /// What was looked for and what was found.
+        reason: String,
+        /// What to type.
+        help: Option<String>,
+    },
+    /// Something is larger than the device allows.
+    #[error("{what} needs {needed} {unit}, this device holds {limit}")]
+    TooLarge {
+        /// "the cell buffer", "the image", …
+        what: String,
+        /// How much was needed.
+        needed: u64,
+        /// How much the device allows.
+        limit: u64,
+        /// "bytes", "pixels", "cells".
+        unit: &'static str,
+    },
+    /// The device ran out of memory.
+    #[error("out of device memory while making {what} ({bytes} bytes)")]
+    OutOfMemory {
+        /// What was being made.
+        what: String,
+        /// Its size.
+        bytes: u64,
+    },
+    /// The device was lost, or the driver refused a command.
+    #[error("the graphics device failed: {reason}")]
+    Device {
+        /// The driver's words.
+        reason: String,
+    },
+}
+
+impl Error {
+    /// An [`Error::Invalid`] without help.
+    pub fn invalid(what: impl Into<String>) -> Error {
+        Error::Invalid {
+            what: what.into(),
+            help: None,
+        }
+    }
+
+    /// What the user could do or type, one line.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Error::Format { help, .. }
+            | Error::Invalid { help, .. }
+            | Error::Scene { help, .. }
+            | Error::NoAdapter { help, .. } => help.clone(),
+            Error::NoSuchField { available, .. } => available.first().map(|field| {
+                format!(
+                    "choose one with --field, for example --field '{}'",
+                    bare(field)
+                )
+            }),
+            Error::TooLarge { .. } | Error::OutOfMemory { .. } => Some(
+                "draw a smaller image or mesh, or use `--algorithm reference`, which needs no GPU"
+                    .into(),
+            ),
+            Error::Unsupported { .. } => {
+                Some("`tetrascope algorithms` lists what each algorithm draws".into())
+            }
+            Error::Io { .. } | Error::Unknown { .. } | Error::Device { .. } => None,
+        }
+    }
+
+    /// Who has to act on this error; the command line's exit codes follow it.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Error::Io { action, .. } if *action == "cannot write" => ErrorKind::Failure,
+            Error::Io { .. }
+            | Error::Format { .. }
+            | Error::Invalid { .. }
+            | Error::Scene { .. }
+            | Error::NoSuchField { .. } => ErrorKind::Input,
+            Error::Unknown { .. } | Error::Unsupported { .. } => ErrorKind::Usage,
+            Error::NoAdapter { .. } | Error::TooLarge { .. } | Error::OutOfMemory { .. } => {
+                ErrorKind::Gpu
+            }
+            Error::Device { .. } => ErrorKind::Failure,
+        }
+    }
+}
+
+/// Who has to act on an [`Error`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ErrorKind {
+    /// The run failed through no fault of the input.
+    Failure,
+    /// What was asked for does not exist or cannot be combined.
+    Usage,
+    /// A file, mesh or scene is wrong.
+    Input,
+    /// There is no GPU that can do this.
+    Gpu,
+}
+
+fn list(available: &[String]) -> String {
+    if available.is_empty() {
+        "; the volume has no fields".into()
+    } else {
+        format!("; there are {}", available.join(", "))
+    }
+}
+
+/// The name in "name [0, 1]".
+fn bare(field: &str) -> &str {
+    field.split(" [").next().unwrap_or(field)
+}

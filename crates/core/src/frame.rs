@@ -1,0 +1,50 @@
+//! What a renderer returns.
+
+/// A rendered image and how it was made.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// Pixels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Premultiplied linear RGBA, row-major, top row first, `width * height` texels.
+    pub pixels: Vec<[f32; 4]>,
+    /// What it took.
+    pub stats: FrameStats,
+}
+
+/// What a frame took, and what was left out of it. `None` is "not measured" or
+/// "does not apply".
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[non_exhaustive]
+pub struct FrameStats {
+    /// Wall time of the frame on the CPU, readback included, seconds.
+    pub cpu_seconds: f64,
+    /// Time between the first and last command on the GPU, seconds.
+    pub gpu_seconds: Option<f64>,
+    /// Render and compute passes recorded.
+    pub passes: u64,
+    /// Ray-cell intervals integrated on the CPU.
+    pub cell_visits: Option<u64>,
+    /// Cells sent to the rasterizer.
+    pub cells_drawn: Option<u64>,
+    /// Cells left out because they have no volume, or map to nothing.
+    pub cells_skipped: Option<u64>,
+    /// Cells that were sorted; 0 when the optical model commutes.
+    pub cells_sorted: Option<u64>,
+    /// Bytes of the volume that stay on the device (or in memory) between frames.
+    pub bytes_resident: u64,
+    /// The image's worst error bound, absolute, if the renderer has one.
+    pub error_bound: Option<f64>,
+    /// Pixels in which cells overlap or leave gaps beyond rounding.
+    pub inconsistent_pixels: Option<u64>,
+    /// Fallbacks that were taken, a sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Frame {
+    /// The pixel in (column, row), row 0 at the top.
+    pub fn pixel(&self, column: u32, row: u32) -> [f32; 4] {
+        self.pixels[row as usize * self.width as usize + column as usize]
+    }
+}

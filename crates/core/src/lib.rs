@@ -1,0 +1,42 @@
+//! What every Tetrascope renderer shares: no GPU, no files.
+//!
+//! Reading order: [`mesh`] and [`grid`] hold a [`Volume`]; [`transfer_function`]
+//! and [`appearance`] say how it looks; [`optics`] defines the one integral that
+//! all renderers approximate; [`camera`] and [`view`] say from where; [`scene`]
+//! is all of it in a file; [`renderer`] is the trait, and [`frame`] what comes out.
+//!
+//! # The integral
+//! Along a ray x(t) = origin + t d with |d| = 1 and t ≥ 0, extinction σ(t) ≥ 0
+//! per world unit and color c(t) in linear RGB:
+//!
+//! L = ∫ c(t) σ(t) exp(−∫₀ᵗ σ) dt + exp(−∫ σ) L_background
+//!
+//! (N. Max, "Optical Models for Direct Volume Rendering", 1995.)
+
+pub use glam;
+
+pub mod appearance;
+pub mod camera;
+pub mod colormap;
+pub mod error;
+pub mod frame;
+pub mod grid;
+pub mod mesh;
+pub mod optics;
+pub mod renderer;
+pub mod scene;
+pub mod transfer_function;
+pub mod view;
+pub mod volume;
+
+pub use appearance::{Appearance, OpticalModel};
+pub use camera::{Camera, CameraFit, Projection, Ray};
+pub use error::{Error, ErrorKind};
+pub use frame::{Frame, FrameStats};
+pub use grid::Grid;
+pub use mesh::{Cells, Scalars, TetMesh};
+pub use renderer::VolumeRenderer;
+pub use scene::{Scene, SceneFile};
+pub use transfer_function::{Knot, TransferFunction};
+pub use view::View;
+pub use volume::{Bounds, Volume};

@@ -1,0 +1,560 @@
+//! A scene: which volume, how it looks, from where; as TOML or JSON.
+//!
+//! [`SceneFile`] is what a person writes, nearly all of it optional.
+//! [`SceneFile::resolve`] fills the rest from the volume and gives a [`Scene`],
+//! which is complete and prints as a scene file again.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::camera::DEFAULT_VIEW_ANGLE;
+use crate::colormap::Colormap;
+use crate::view::{BLACK, TRANSPARENT};
+use crate::{
+    Appearance, Camera, CameraFit, Error, Knot, OpticalModel, Projection, TransferFunction, View,
+    Volume,
+};
+
+/// The version of the scene format that this crate reads and writes.
+pub const SCENE_VERSION: u32 = 1;
+
+/// Knots in a transfer function made from a color map: between them the sampled
+/// extinction −ln(1 − α)/D is within 2 % of its curve up to α = 0.95.
+const COLORMAP_KNOTS: usize = 33;
+
+/// Pixels a side unless the scene says otherwise.
+const DEFAULT_SIZE: u32 = 512;
+
+/// A scene as written: what is left out is chosen by [`SceneFile::resolve`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// [`SCENE_VERSION`].
+    pub version: u32,
+    /// What to draw.
+    #[serde(default)]
+    pub volume: VolumeSource,
+    /// From where.
+    #[serde(default)]
+    pub camera: CameraSpec,
+    /// How large and before what.
+    #[serde(default)]
+    pub image: ImageSpec,
+    /// How scalars become light.
+    #[serde(default)]
+    pub appearance: AppearanceSpec,
+}
+
+/// Where a volume comes from: a file or a named data set.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VolumeSource {
+    /// A mesh file; relative paths start at the scene file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    /// The Plot3D solution that belongs to a Plot3D grid; found by name if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solution: Option<PathBuf>,
+    /// A generated data set, in place of a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dataset: Option<String>,
+    /// About how many cells to generate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cells: Option<u64>,
+    /// The seed of random data sets.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// Which field to draw.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub field: Option<String>,
+}
+
+/// A camera as written: `fit`, or position and the rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraSpec {
+    /// Fit the volume from this side; excludes the four below.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fit: Option<CameraFit>,
+    /// World space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<DVec3>,
+    /// World space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focal_point: Option<DVec3>,
+    /// World space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub view_up: Option<DVec3>,
+    /// Perspective, unless there is a `parallel_scale`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub projection: Option<ProjectionKind>,
+    /// Vertical, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub view_angle: Option<f64>,
+    /// Half the image's height, world units; makes the camera orthographic.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parallel_scale: Option<f64>,
+}
+
+/// How rays spread, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProjectionKind {
+    /// From a point.
+    Perspective,
+    /// In parallel.
+    Orthographic,
+}
+
+/// Size and background as written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImageSpec {
+    /// Pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width: Option<u32>,
+    /// Pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height: Option<u32>,
+    /// Linear RGBA, straight alpha.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub background: Option<[f32; 4]>,
+}
+
+/// Appearance as written: `transfer_function`, or a color map.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AppearanceSpec {
+    /// Emission-absorption unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub optical_model: Option<OpticalModel>,
+    /// Viridis unless given; opacity rises linearly from 0 to 1 over the range.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colormap: Option<Colormap>,
+    /// The color map's scalars; the field's range unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
+    /// The distance over which the color map's opacity counts, world units.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit_distance: Option<f64>,
+    /// Knots by increasing scalar; excludes the three above.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transfer_function: Option<Vec<Knot>>,
+}
+
+/// A complete scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// What to draw.
+    pub source: VolumeSource,
+    /// How it looks.
+    pub appearance: Appearance,
+    /// From where, how large and before what.
+    pub view: View,
+    /// What was chosen because the scene file left it out, one line each.
+    pub defaults: Vec<String>,
+}
+
+impl SceneFile {
+    /// A scene file that leaves everything out.
+    pub fn new(volume: VolumeSource) -> SceneFile {
+        SceneFile {
+            version: SCENE_VERSION,
+            volume,
+            ..SceneFile::default()
+        }
+    }
+
+    /// Parses TOML, or JSON where `path` ends in `.json`.
+    ///
+    /// Relative paths inside are taken from the folder of `path`. Unknown keys
+    /// and other versions are refused, with line and column.
+    pub fn parse(text: &str, path: &Path) -> Result<SceneFile, Error> {
+        let wrong = |line: usize, column: usize, what: &str| Error::Scene {
+            at: format!("{}, line {line}, column {column}", path.display()),
+            what: what.trim().replace('\n', "; "),
+            help: Some(
+                "`tetrascope print-scene sphere` prints a complete scene to start from".into(),
+            ),
+        };
+        let is_json = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        let mut scene: SceneFile = if is_json {
+            serde_json::from_str(text).map_err(|e| {
+                // serde_json ends its message with the position that we give ourselves.
+                let message = e.to_string();
+                let what = message
+                    .rsplit_once(" at line")
+                    .map_or(message.as_str(), |(what, _)| what);
+                wrong(e.line(), e.column(), what)
+            })?
+        } else {
+            toml::from_str(text).map_err(|e: toml::de::Error| {
+                let (line, column) = position(text, e.span().map_or(0, |span| span.start));
+                wrong(line, column, e.message())
+            })?
+        };
+        if scene.version != SCENE_VERSION {
+            return Err(Error::Scene {
+                at: path.display().to_string(),
+                what: format!("scene version {} is unknown", scene.version),
+                help: Some(format!("this program reads version = {SCENE_VERSION}")),
+            });
+        }
+        if let Some(folder) = path.parent() {
+            for file in [&mut scene.volume.file, &mut scene.volume.solution]
+                .into_iter()
+                .flatten()
+            {
+                *file = folder.join(&*file);
+            }
+        }
+        Ok(scene)
+    }
+
+    /// Completes the scene for `volume`: a fitted camera, viridis over the data
+    /// range, and opacity by ParaView's unit distance.
+    pub fn resolve(&self, volume: &Volume) -> Result<Scene, Error> {
+        let mut defaults = Vec::new();
+        let model = self
+            .appearance
+            .optical_model
+            .unwrap_or(OpticalModel::EmissionAbsorption);
+        let view = self.view(volume, model, &mut defaults)?;
+        view.validate()?;
+        let transfer_function = self.transfer_function(volume, model, &mut defaults)?;
+        Ok(Scene {
+            source: self.volume.clone(),
+            appearance: Appearance {
+                transfer_function,
+                optical_model: model,
+            },
+            view,
+            defaults,
+        })
+    }
+
+    fn view(
+        &self,
+        volume: &Volume,
+        model: OpticalModel,
+        defaults: &mut Vec<String>,
+    ) -> Result<View, Error> {
+        let image = &self.image;
+        let (width, height) = match (image.width, image.height) {
+            (None, None) => (DEFAULT_SIZE, DEFAULT_SIZE),
+            (w, h) => (
+                w.or(h).unwrap_or(DEFAULT_SIZE),
+                h.or(w).unwrap_or(DEFAULT_SIZE),
+            ),
+        };
+        let background = image.background.unwrap_or_else(|| {
+            if model.only_adds_light() {
+                defaults.push(format!(
+                    "background: opaque black, as {} only adds light",
+                    model.name()
+                ));
+                BLACK
+            } else {
+                TRANSPARENT
+            }
+        });
+        let aspect = f64::from(width) / f64::from(height.max(1));
+        let camera = self.camera.resolve(volume, aspect, defaults)?;
+        Ok(View {
+            camera,
+            width,
+            height,
+            background,
+        })
+    }
+
+    fn transfer_function(
+        &self,
+        volume: &Volume,
+        model: OpticalModel,
+        defaults: &mut Vec<String>,
+    ) -> Result<TransferFunction, Error> {
+        let spec = &self.appearance;
+        if let Some(knots) = &spec.transfer_function {
+            if spec.colormap.is_some() || spec.range.is_some() || spec.unit_distance.is_some() {
+                return Err(Error::Scene {
+                    at: "[appearance]".into(),
+                    what: "transfer_function excludes colormap, range and unit_distance".into(),
+                    help: Some("keep one of the two ways".into()),
+                });
+            }
+            return TransferFunction::new(knots.clone());
+        }
+        let map = spec.colormap.unwrap_or_else(|| {
+            defaults.push("colormap: viridis".into());
+            Colormap::Viridis
+        });
+        let range = match spec.range {
+            Some([low, high]) if low <= high => (low, high),
+            Some([low, high]) => {
+                return Err(Error::Scene {
+                    at: "[appearance]".into(),
+                    what: format!("range [{low}, {high}] is reversed"),
+                    help: Some(format!("write [{high}, {low}]")),
+                });
+            }
+            None => {
+                let range = volume.scalar_range().ok_or_else(|| Error::Invalid {
+                    what: "the field has no finite value in any cell".into(),
+                    help: Some(
+                        "choose another field with --field; `tetrascope info` lists them".into(),
+                    ),
+                })?;
+                defaults.push(format!("range: [{}, {}], the field's", range.0, range.1));
+                range
+            }
+        };
+        let unit_distance = spec.unit_distance.unwrap_or_else(|| {
+            let (distance, why) = default_unit_distance(volume, model);
+            defaults.push(format!("unit distance: {distance:.6}, {why}"));
+            distance
+        });
+        TransferFunction::from_colormap(map, range, unit_distance, COLORMAP_KNOTS)
+    }
+}
+
+impl CameraSpec {
+    fn resolve(
+        &self,
+        volume: &Volume,
+        aspect: f64,
+        defaults: &mut Vec<String>,
+    ) -> Result<Camera, Error> {
+        let refuse = |what: &str, help: &str| {
+            Err(Error::Scene {
+                at: "[camera]".into(),
+                what: what.into(),
+                help: Some(help.into()),
+            })
+        };
+        let orthographic = match self.projection {
+            Some(kind) => kind == ProjectionKind::Orthographic,
+            None => self.parallel_scale.is_some(),
+        };
+        if orthographic && self.view_angle.is_some() {
+            return refuse(
+                "an orthographic camera has no view_angle",
+                "use parallel_scale",
+            );
+        }
+        if !orthographic && self.parallel_scale.is_some() {
+            return refuse(
+                "a perspective camera has no parallel_scale",
+                "use view_angle",
+            );
+        }
+        let Some(position) = self.position else {
+            if self.focal_point.is_some()
+                || self.view_up.is_some()
+                || self.view_angle.is_some()
+                || self.parallel_scale.is_some()
+            {
+                return refuse(
+                    "the camera has no position",
+                    "add position, or use fit alone",
+                );
+            }
+            let fit = self.fit.unwrap_or_else(|| {
+                defaults.push("camera: fit+iso".into());
+                CameraFit::PlusIso
+            });
+            return Ok(Camera::fit(&volume.bounds(), fit, orthographic, aspect));
+        };
+        if self.fit.is_some() {
+            return refuse("fit excludes position", "keep one of the two ways");
+        }
+        let focal_point = self.focal_point.unwrap_or_else(|| volume.bounds().center());
+        let projection = match (orthographic, self.parallel_scale) {
+            (false, _) => Projection::Perspective {
+                view_angle: self.view_angle.unwrap_or(DEFAULT_VIEW_ANGLE),
+            },
+            (true, Some(parallel_scale)) => Projection::Orthographic { parallel_scale },
+            (true, None) => {
+                return refuse(
+                    "an orthographic camera needs parallel_scale",
+                    "give half the image's height, world units",
+                );
+            }
+        };
+        Ok(Camera {
+            position,
+            focal_point,
+            view_up: self.view_up.unwrap_or(DVec3::Y),
+            projection,
+        })
+    }
+}
+
+/// A distance over which the default opacity counts, and the reason.
+///
+/// ParaView's rule, diagonal / ∛(cells), makes one cell of full opacity opaque.
+/// Models without hiding add up over the whole depth instead, so there the
+/// diagonal keeps the picture from burning out.
+fn default_unit_distance(volume: &Volume, model: OpticalModel) -> (f64, &'static str) {
+    let diagonal = volume.bounds().diagonal();
+    let (distance, why) = if model == OpticalModel::EmissionAbsorption {
+        let cells = volume.cell_count().max(1) as f64;
+        (
+            diagonal / cells.cbrt(),
+            "the bounding box's diagonal over the cube root of the cell count",
+        )
+    } else {
+        (diagonal, "the bounding box's diagonal")
+    };
+    if distance > 0.0 {
+        (distance, why)
+    } else {
+        (1.0, "as the volume has no extent")
+    }
+}
+
+impl Scene {
+    /// The scene with nothing left out, as a scene file.
+    pub fn to_file(&self) -> SceneFile {
+        let Scene {
+            source,
+            appearance,
+            view,
+            ..
+        } = self;
+        let (projection, view_angle, parallel_scale) = match view.camera.projection {
+            Projection::Perspective { view_angle } => {
+                (ProjectionKind::Perspective, Some(view_angle), None)
+            }
+            Projection::Orthographic { parallel_scale } => {
+                (ProjectionKind::Orthographic, None, Some(parallel_scale))
+            }
+        };
+        SceneFile {
+            version: SCENE_VERSION,
+            volume: source.clone(),
+            camera: CameraSpec {
+                fit: None,
+                position: Some(view.camera.position),
+                focal_point: Some(view.camera.focal_point),
+                view_up: Some(view.camera.view_up),
+                projection: Some(projection),
+                view_angle,
+                parallel_scale,
+            },
+            image: ImageSpec {
+                width: Some(view.width),
+                height: Some(view.height),
+                background: Some(view.background),
+            },
+            appearance: AppearanceSpec {
+                optical_model: Some(appearance.optical_model),
+                transfer_function: Some(appearance.transfer_function.knots().to_vec()),
+                ..AppearanceSpec::default()
+            },
+        }
+    }
+
+    /// The scene as TOML.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(&self.to_file()).expect("a scene has only tables, numbers and strings")
+    }
+}
+
+/// Line and column, from 1, of byte `offset`.
+fn position(text: &str, offset: usize) -> (usize, usize) {
+    let before = text.get(..offset).unwrap_or(text);
+    let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+    (
+        before.matches('\n').count() + 1,
+        before[line_start..].chars().count() + 1,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Association;
+    use crate::{Scalars, TetMesh};
+
+    fn tet() -> Volume {
+        let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let scalars = Scalars {
+            name: "s".into(),
+            association: Association::Point,
+            values: vec![1.0, 2.0, 3.0, 4.0],
+        };
+        Volume::Mesh(
+            TetMesh::from_tetrahedra(points, vec![[0, 1, 2, 3]], scalars).expect("a tet is valid"),
+        )
+    }
+
+    #[test]
+    fn a_volume_alone_makes_a_complete_scene_that_parses_again() {
+        for model in OpticalModel::ALL {
+            let mut file = SceneFile::new(VolumeSource::default());
+            file.appearance.optical_model = Some(model);
+            let scene = file.resolve(&tet()).expect("defaults suffice");
+            assert!(!scene.defaults.is_empty());
+            let again =
+                SceneFile::parse(&scene.to_toml(), Path::new("a.toml")).expect("TOML parses");
+            assert_eq!(again, scene.to_file());
+            let json = serde_json::to_string(&scene.to_file()).expect("JSON writes");
+            assert_eq!(
+                SceneFile::parse(&json, Path::new("a.json")).expect("JSON parses"),
+                scene.to_file()
+            );
+        }
+    }
+
+    #[test]
+    fn paths_start_at_the_scene_file() {
+        let scene = SceneFile::parse(
+            "version = 1\n[volume]\nfile = \"b.vtu\"",
+            Path::new("x/a.toml"),
+        );
+        assert_eq!(
+            scene.expect("valid").volume.file,
+            Some(PathBuf::from("x/b.vtu"))
+        );
+    }
+
+    #[test]
+    fn mistakes_are_refused_with_their_place() {
+        let error = |text: &str, path: &str| {
+            SceneFile::parse(text, Path::new(path))
+                .expect_err("a mistake")
+                .to_string()
+        };
+        let misspelt = error("version = 1\n[image]\nwidht = 3", "a.toml");
+        assert!(
+            misspelt.contains("widht") && misspelt.contains("line 3, column 1"),
+            "{misspelt}"
+        );
+        let json = error("{\"version\": 1,\n \"colour\": 2}", "a.json");
+        assert!(json.contains("colour") && json.contains("line 2"), "{json}");
+        assert!(error("version = 2", "a.toml").contains("version 2"));
+        assert!(error("version = ", "a.toml").contains("line 1"));
+    }
+
+    #[test]
+    fn contradictions_are_refused() {
+        for text in [
+            "[camera]\nfit = \"+x\"\nposition = [1, 2, 3]",
+            "[camera]\nview_angle = 20.0",
+            "[camera]\nposition = [9.0, 0.0, 0.0]\nprojection = \"orthographic\"",
+            "[camera]\nposition = [9.0, 0.0, 0.0]\nfocal_point = [9.0, 0.0, 0.0]",
+            "[appearance]\nrange = [2.0, 1.0]",
+            "[appearance]\nunit_distance = -1.0",
+            "[image]\nwidth = 0",
+        ] {
+            let scene = SceneFile::parse(&format!("version = 1\n{text}"), Path::new("a.toml"))
+                .expect("parses");
+            assert!(scene.resolve(&tet()).is_err(), "{text}");
+        }
+    }
+}

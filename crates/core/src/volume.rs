@@ -1,0 +1,95 @@
+//! A mesh or a grid, and the box around it.
+
+use glam::DVec3;
+
+use crate::{Grid, TetMesh};
+
+/// What is drawn: a tetrahedral mesh or a regular grid.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Volume {
+    /// An unstructured mesh, all of it tetrahedra.
+    Mesh(TetMesh),
+    /// A regular grid of samples.
+    Grid(Grid),
+}
+
+impl Volume {
+    /// The smallest axis-aligned box around everything that can be drawn.
+    pub fn bounds(&self) -> Bounds {
+        match self {
+            Volume::Mesh(mesh) => mesh.bounds(),
+            Volume::Grid(grid) => grid.bounds(),
+        }
+    }
+
+    /// The least and greatest finite scalar, if there is any.
+    pub fn scalar_range(&self) -> Option<(f64, f64)> {
+        match self {
+            Volume::Mesh(mesh) => mesh.scalar_range(),
+            Volume::Grid(grid) => grid.scalar_range(),
+        }
+    }
+
+    /// How many cells (tetrahedra or voxel cells) there are.
+    pub fn cell_count(&self) -> usize {
+        match self {
+            Volume::Mesh(mesh) => mesh.cell_count(),
+            Volume::Grid(grid) => grid.cell_count(),
+        }
+    }
+}
+
+/// An axis-aligned box in world space. Empty when `min > max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// The least corner.
+    pub min: DVec3,
+    /// The greatest corner.
+    pub max: DVec3,
+}
+
+impl Bounds {
+    /// The box that contains nothing.
+    pub const EMPTY: Bounds = Bounds {
+        min: DVec3::INFINITY,
+        max: DVec3::NEG_INFINITY,
+    };
+
+    /// The smallest box around `points`.
+    pub fn of(points: impl IntoIterator<Item = DVec3>) -> Bounds {
+        points.into_iter().fold(Bounds::EMPTY, |bounds, p| Bounds {
+            min: bounds.min.min(p),
+            max: bounds.max.max(p),
+        })
+    }
+
+    /// Whether the box contains no point.
+    pub fn is_empty(&self) -> bool {
+        !self.min.cmple(self.max).all()
+    }
+
+    /// The middle; the origin for an empty box.
+    pub fn center(&self) -> DVec3 {
+        if self.is_empty() {
+            DVec3::ZERO
+        } else {
+            // Halves first: the sum of two huge corners could overflow.
+            self.min * 0.5 + self.max * 0.5
+        }
+    }
+
+    /// The edge lengths; zero for an empty box.
+    pub fn size(&self) -> DVec3 {
+        if self.is_empty() {
+            DVec3::ZERO
+        } else {
+            self.max - self.min
+        }
+    }
+
+    /// The length of the diagonal.
+    pub fn diagonal(&self) -> f64 {
+        self.size().length()
+    }
+}
