@@ -129,12 +129,15 @@ impl Error {
             | Error::Invalid { help, .. }
             | Error::Scene { help, .. }
             | Error::NoAdapter { help, .. } => help.clone(),
-            Error::NoSuchField { available, .. } => available.first().map(|field| {
-                format!(
-                    "choose one with --field, for example --field '{}'",
-                    bare(field)
-                )
-            }),
+            Error::NoSuchField { name, available } => {
+                let names: Vec<&str> = available.iter().map(|field| bare(field)).collect();
+                let example = nearest(name, &names).or(names.first().copied());
+                example
+                    .map(|field| format!("choose one with --field, for example --field '{field}'"))
+            }
+            Error::Unknown { name, valid, .. } => {
+                nearest(name, valid).map(|valid| format!("did you mean '{valid}'?"))
+            }
             Error::TooLarge { .. } | Error::OutOfMemory { .. } => Some(
                 "draw a smaller image or mesh, or use `--algorithm reference`, which needs no GPU"
                     .into(),
@@ -142,7 +145,7 @@ impl Error {
             Error::Unsupported { .. } => {
                 Some("`tetrascope algorithms` lists what each algorithm draws".into())
             }
-            Error::Io { .. } | Error::Unknown { .. } | Error::Device { .. } => None,
+            Error::Io { .. } | Error::Device { .. } => None,
         }
     }
 
@@ -188,4 +191,41 @@ fn list(available: &[String]) -> String {
 /// The name in "name [0, 1]".
 fn bare(field: &str) -> &str {
     field.split(" [").next().unwrap_or(field)
+}
+
+/// The candidate that `name` is most likely a misspelling of, if any is near.
+///
+/// Damerau-Levenshtein similarity, letter case aside; 0.6 accepts about two slips
+/// in a word of five letters and refuses unrelated words of the same length.
+pub fn nearest<'a, S: AsRef<str>>(name: &str, candidates: &'a [S]) -> Option<&'a str> {
+    let name = name.to_lowercase();
+    candidates
+        .iter()
+        .map(|candidate| {
+            let candidate = candidate.as_ref();
+            let likeness = strsim::normalized_damerau_levenshtein(&name, &candidate.to_lowercase());
+            (likeness, candidate)
+        })
+        .filter(|(likeness, _)| *likeness >= 0.6)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misspelling_finds_its_word_and_a_stranger_none() {
+        let names = ["sphere", "orbital", "heat-sink"];
+        assert_eq!(nearest("shpere", &names), Some("sphere"));
+        assert_eq!(nearest("Heatsink", &names), Some("heat-sink"));
+        assert_eq!(nearest("fin.vtu", &names), None);
+        let unknown = Error::Unknown {
+            kind: "data set",
+            name: "orbitla".into(),
+            valid: names.map(String::from).to_vec(),
+        };
+        assert_eq!(unknown.help().as_deref(), Some("did you mean 'orbital'?"));
+    }
 }

@@ -24,8 +24,11 @@ pub const BLACK: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 /// The longest side of an image, pixels: f32 still resolves 1/256 of a pixel there.
 pub const MAX_IMAGE_SIDE: u32 = 1 << 16;
 
+/// The most pixels of an image: 4 GiB of float texels.
+pub const MAX_IMAGE_PIXELS: u64 = 1 << 28;
+
 impl View {
-    /// Refuses an image without pixels, a background that is no color and a
+    /// Refuses an image without pixels or with too many, a background that is no color and a
     /// camera that looks nowhere.
     pub fn validate(&self) -> Result<(), Error> {
         let side = 1..=MAX_IMAGE_SIDE;
@@ -35,6 +38,16 @@ impl View {
                 help: Some(format!(
                     "give 1 to {MAX_IMAGE_SIDE} pixels a side, for example --size 512x512"
                 )),
+            });
+        }
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        if pixels > MAX_IMAGE_PIXELS {
+            return Err(Error::Invalid {
+                what: format!(
+                    "an image of {pixels} pixels, {}x{}",
+                    self.width, self.height
+                ),
+                help: Some(format!("at most {MAX_IMAGE_PIXELS} pixels, as 16384x16384")),
             });
         }
         if self
