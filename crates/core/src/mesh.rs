@@ -14,6 +14,7 @@ use crate::{Bounds, Error};
 use adjacency::Adjacency;
 pub use adjacency::FACES;
 use orientation::{LARGEST_COORDINATE, orientation};
+pub use report::MeshReport;
 
 /// Cells in VTK's layout: cell i has the type `types[i]` and the points
 /// `connectivity[offsets[i]..offsets[i + 1]]`.
