@@ -1,1 +1,248 @@
-//! .
+//! Meshes and fields that need no file: made on demand, at any size, the same every time.
+//!
+//! They are those of the papers where the papers say enough to make them again,
+//! and what renderers find hard: a hole, slivers, irregular cells. [`all`] lists
+//! them, [`find`] looks one up by name; a [`Dataset`] makes its mesh with
+//! [`Dataset::mesh`] and a picture worth looking at with [`Dataset::scene`].
+//!
+//! ```
+//! use tetrascope_datasets::{Options, find};
+//!
+//! let mesh = find("sphere")?.mesh(&Options::default())?;
+//! assert_eq!(mesh.cell_count(), 148_955);
+//! # Ok::<(), tetrascope_core::Error>(())
+//! ```
+//!
+//! Reading order: `lattice` cuts boxes into tetrahedra that agree across faces;
+//! then one module per data set.
+
+mod lattice;
+
+mod sphere;
+
+#[cfg(test)]
+mod checks;
+
+use tetrascope_core::scene::{AppearanceSpec, CameraSpec, VolumeSource};
+use tetrascope_core::{CameraFit, Error, Knot, SceneFile, TetMesh};
+
+/// A named mesh with a field.
+#[derive(Debug)]
+pub struct Dataset {
+    /// What it is called in scenes and on the command line.
+    pub name: &'static str,
+    /// One line: geometry, then field.
+    pub about: &'static str,
+    /// The paper that uses it, or why it is here.
+    pub paper: &'static str,
+    /// How many cells there are unless [`Options::cells`] says otherwise.
+    pub default_cells: u64,
+    /// More cells than this are refused.
+    pub max_cells: u64,
+    /// Whether [`Options::seed`] changes anything.
+    pub seeded: bool,
+    make: fn(cells: u64, seed: u64) -> Result<TetMesh, Error>,
+    look: fn() -> Look,
+}
+
+/// How large and how random.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// About how many cells; each data set makes the nearest number that it can,
+    /// and at least its coarsest mesh.
+    pub cells: Option<u64>,
+    /// For data sets with random points; the others are the same for every seed.
+    pub seed: Option<u64>,
+}
+
+/// The seed where none is given.
+const DEFAULT_SEED: u64 = 1;
+
+/// 100 million tetrahedra are 1.6 GB of indices; the mesh's point and cell
+/// indices, of 32 bits, would last for more.
+const MOST_CELLS: u64 = 100_000_000;
+
+/// A picture of a data set: from which side, and its transfer function.
+struct Look {
+    fit: CameraFit,
+    knots: Vec<Knot>,
+}
+
+const ALL: &[Dataset] = &[sphere::DATASET];
+
+/// Every data set.
+pub fn all() -> &'static [Dataset] {
+    ALL
+}
+
+/// The data set called `name`; an unknown name is refused with those that exist.
+pub fn find(name: &str) -> Result<&'static Dataset, Error> {
+    ALL.iter()
+        .find(|dataset| dataset.name == name)
+        .ok_or_else(|| Error::Unknown {
+            kind: "data set",
+            name: name.into(),
+            valid: ALL.iter().map(|dataset| dataset.name.into()).collect(),
+        })
+}
+
+impl Dataset {
+    /// Makes the mesh. The same options give the same mesh, to the last bit.
+    ///
+    /// Refuses no cells at all, and more than [`Dataset::max_cells`].
+    pub fn mesh(&self, options: &Options) -> Result<TetMesh, Error> {
+        let cells = options.cells.unwrap_or(self.default_cells);
+        if cells == 0 || cells > self.max_cells {
+            return Err(Error::Invalid {
+                what: format!("data set '{}' with {cells} cells", self.name),
+                help: Some(format!("ask for 1 to {} cells", self.max_cells)),
+            });
+        }
+        (self.make)(cells, options.seed.unwrap_or(DEFAULT_SEED))
+    }
+
+    /// A scene that shows the data set well at its default size.
+    ///
+    /// The transfer function's knots are in the field's units and its extinction
+    /// per world unit, so neither depends on how many cells there are.
+    pub fn scene(&self) -> SceneFile {
+        let look = (self.look)();
+        SceneFile {
+            camera: CameraSpec {
+                fit: Some(look.fit),
+                ..CameraSpec::default()
+            },
+            appearance: AppearanceSpec {
+                transfer_function: Some(look.knots),
+                ..AppearanceSpec::default()
+            },
+            ..SceneFile::new(VolumeSource {
+                dataset: Some(self.name.into()),
+                ..VolumeSource::default()
+            })
+        }
+    }
+}
+
+/// A knot: scalar, linear RGB, extinction per world unit.
+fn knot(scalar: f64, color: [f64; 3], extinction: f64) -> Knot {
+    Knot {
+        scalar,
+        color: color.into(),
+        extinction,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tetrascope_core::Volume;
+
+    #[test]
+    fn names_are_unique_and_an_unknown_one_lists_them() {
+        for (i, dataset) in all().iter().enumerate() {
+            assert!(all()[..i].iter().all(|other| other.name != dataset.name));
+            assert_eq!(find(dataset.name).expect("listed").name, dataset.name);
+        }
+        let message = find("spher").expect_err("misspelt").to_string();
+        assert!(
+            message.contains("'spher'") && message.contains("sphere"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn impossible_sizes_are_refused_with_the_bounds() {
+        for dataset in all() {
+            for cells in [0, dataset.max_cells + 1, u64::MAX] {
+                let error = dataset
+                    .mesh(&Options {
+                        cells: Some(cells),
+                        seed: None,
+                    })
+                    .expect_err("no such size");
+                assert!(error.to_string().contains(&cells.to_string()), "{error}");
+                let help = error.help().expect("a size that works");
+                assert!(help.contains(&dataset.max_cells.to_string()), "{help}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_options_give_the_same_mesh() {
+        for dataset in all() {
+            let make = |seed| {
+                let cells = Some(dataset.default_cells.min(3000));
+                dataset.mesh(&Options { cells, seed }).expect("small")
+            };
+            let (a, b, other) = (make(None), make(None), make(Some(7)));
+            assert_eq!(a.points(), b.points(), "{}", dataset.name);
+            assert_eq!(a.tetrahedra(), b.tetrahedra(), "{}", dataset.name);
+            assert_eq!(a.scalars(), b.scalars(), "{}", dataset.name);
+            let changed = a.points() != other.points();
+            assert_eq!(changed, dataset.seeded, "{}", dataset.name);
+        }
+    }
+
+    // Sizes grow with the request; how near they come is each data set's own matter.
+    #[test]
+    fn more_cells_asked_are_more_cells_made() {
+        for dataset in all() {
+            let made: Vec<usize> = [300, 600, 1200, 2400, 4800, 9600]
+                .iter()
+                .map(|&cells| {
+                    let options = Options {
+                        cells: Some(cells),
+                        seed: None,
+                    };
+                    dataset.mesh(&options).expect("small").cell_count()
+                })
+                .collect();
+            assert!(
+                made.windows(2).all(|pair| pair[0] < pair[1]),
+                "{}: {made:?}",
+                dataset.name
+            );
+        }
+    }
+
+    // One cell is less than most can do: they make their coarsest mesh.
+    #[test]
+    fn the_coarsest_mesh_is_valid() {
+        for dataset in all() {
+            let options = Options {
+                cells: Some(1),
+                seed: None,
+            };
+            let mesh = dataset.mesh(&options).expect("coarse");
+            checks::conforms(&mesh);
+            checks::positive(&mesh);
+        }
+    }
+
+    // The knots lie over the data, and something of the field can be seen.
+    #[test]
+    fn scenes_resolve_and_show_something() {
+        for dataset in all() {
+            let mesh = dataset.mesh(&Options::default()).expect("default size");
+            let diagonal = mesh.bounds().diagonal();
+            let (low, high) = mesh.scalar_range().expect("a field");
+            let scene = dataset
+                .scene()
+                .resolve(&Volume::Mesh(mesh))
+                .expect("a valid scene");
+            assert_eq!(scene.source.dataset.as_deref(), Some(dataset.name));
+            let function = scene.appearance.transfer_function;
+            let (first, last) = function.range();
+            let slack = 0.25 * (high - low).max(1e-12);
+            assert!(
+                first > low - slack && last < high + slack,
+                "{}: knots {first} to {last}, data {low} to {high}",
+                dataset.name
+            );
+            // Thick enough to see and not so thick that everything is a wall.
+            let depth = function.max_extinction(low, high) * diagonal;
+            assert!((1.0..100.0).contains(&depth), "{}: {depth}", dataset.name);
+        }
+    }
+}
