@@ -1,10 +1,13 @@
 //! Color and extinction as piecewise-linear functions of the scalar.
 
+mod intervals;
+
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::colormap::Colormap;
+pub(crate) use intervals::{Interval, Intervals};
 
 /// A piecewise-linear map from scalar to linear RGB and extinction.
 ///
@@ -13,6 +16,8 @@ use crate::colormap::Colormap;
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
     knots: Vec<Knot>,
+    /// Made from the knots once, as the integral looks it up for every segment.
+    intervals: Intervals,
 }
 
 /// One point of a [`TransferFunction`].
@@ -77,7 +82,14 @@ impl TransferFunction {
                 );
             }
         }
-        Ok(TransferFunction { knots })
+        if !(knots[knots.len() - 1].scalar - knots[0].scalar).is_finite() {
+            return Err(Error::Invalid {
+                what: "a transfer function wider than a 64-bit float holds".into(),
+                help: Some("give knots at most 1.7e308 apart".into()),
+            });
+        }
+        let intervals = Intervals::new(&knots);
+        Ok(TransferFunction { knots, intervals })
     }
 
     /// A color map over `range` with opacity rising linearly from 0 to 1.
@@ -137,26 +149,14 @@ impl TransferFunction {
 
     /// Color and extinction at `scalar` as approached from `side`.
     pub fn limit(&self, scalar: f64, side: Side) -> (DVec3, f64) {
-        // The first knot to the right of the approached point.
-        let right = self.knots.partition_point(|k| match side {
-            Side::Below => k.scalar < scalar,
-            Side::Above => k.scalar <= scalar,
-        });
-        match (
-            right.checked_sub(1).map(|i| self.knots[i]),
-            self.knots.get(right),
-        ) {
-            (Some(a), Some(b)) => {
-                let x = (scalar - a.scalar) / (b.scalar - a.scalar);
-                (
-                    a.color.lerp(b.color, x),
-                    a.extinction * (1.0 - x) + b.extinction * x,
-                )
-            }
-            (Some(a), None) => (a.color, a.extinction),
-            (None, Some(b)) => (b.color, b.extinction),
-            (None, None) => unreachable!("there is at least one knot"),
-        }
+        self.intervals
+            .get(self.intervals.find(scalar, side))
+            .sample(scalar)
+    }
+
+    /// The intervals between the knots.
+    pub(crate) fn intervals(&self) -> &Intervals {
+        &self.intervals
     }
 
     /// The greatest extinction for scalars in [low, high].
