@@ -1,0 +1,310 @@
+//! Which device draws: an adapter of this machine, or what the application has.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use tetrascope_core::Error;
+use wgpu::Features;
+
+/// The environment variable that chooses an adapter by a part of its name.
+pub const ADAPTER_NAME_VARIABLE: &str = "WGPU_ADAPTER_NAME";
+
+/// Features that some renderer makes use of; each is taken where it exists.
+const USEFUL: Features = Features::FLOAT32_BLENDABLE.union(Features::TIMESTAMP_QUERY);
+
+/// How to choose a device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GpuOptions {
+    /// A part of the adapter's name, in any case; `None` takes the fastest kind.
+    pub adapter_name: Option<String>,
+    /// Whether a software adapter such as llvmpipe will do.
+    pub allow_software: bool,
+}
+
+impl Default for GpuOptions {
+    /// What `WGPU_ADAPTER_NAME` says; software allowed.
+    fn default() -> Self {
+        GpuOptions {
+            adapter_name: std::env::var(ADAPTER_NAME_VARIABLE)
+                .ok()
+                .filter(|name| !name.is_empty()),
+            allow_software: true,
+        }
+    }
+}
+
+/// A device, its queue and what it can do. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    info: wgpu::AdapterInfo,
+    limits: wgpu::Limits,
+    features: Features,
+    failure: Failure,
+}
+
+/// The first thing that went wrong outside of [`Gpu::checked`], in the driver's words.
+type Failure = Arc<Mutex<Option<String>>>;
+
+/// The adapters of this machine, fastest kind first.
+pub fn adapters() -> Vec<wgpu::AdapterInfo> {
+    let found = enumerate();
+    found.iter().map(wgpu::Adapter::get_info).collect()
+}
+
+/// An adapter in one line: name, type, backend and driver.
+pub fn describe(info: &wgpu::AdapterInfo) -> String {
+    let kind = match info.device_type {
+        wgpu::DeviceType::Cpu => "software",
+        wgpu::DeviceType::DiscreteGpu => "discrete GPU",
+        wgpu::DeviceType::IntegratedGpu => "integrated GPU",
+        wgpu::DeviceType::VirtualGpu => "virtual GPU",
+        wgpu::DeviceType::Other => "other",
+    };
+    let driver = format!("{} {}", info.driver, info.driver_info);
+    let name = &info.name;
+    let backend = info.backend.to_str();
+    format!("{name} ({kind}, {backend}, {})", driver.trim())
+}
+
+impl Gpu {
+    /// A device of this machine.
+    ///
+    /// [`Error::NoAdapter`] if there is none like that.
+    pub fn new(options: &GpuOptions) -> Result<Gpu, Error> {
+        let adapter = choose(enumerate(), options)?;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("tetrascope"),
+            required_features: USEFUL & adapter.features(),
+            // The defaults of WebGPU stop at 128 MiB a binding even on large devices.
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
+                Error::Device {
+                    reason: format!("{} gives no device: {error}", adapter.get_info().name),
+                }
+            })?;
+        let failure = Failure::default();
+        let note = failure.clone();
+        device.on_uncaptured_error(Arc::new(move |error| first(&note, error.to_string())));
+        let note = failure.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                first(&note, format!("device lost: {message}"));
+            }
+        });
+        Ok(Gpu::with_failure(device, queue, failure))
+    }
+
+    /// An application's own device and queue.
+    ///
+    /// The application's handlers for lost devices and uncaptured errors are left
+    /// alone. Renderers use what features and limits the device was made with:
+    /// [`Features::FLOAT32_BLENDABLE`] keeps blending in f32, and
+    /// [`Features::TIMESTAMP_QUERY`] measures frames.
+    pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Gpu {
+        Gpu::with_failure(device, queue, Failure::default())
+    }
+
+    fn with_failure(device: wgpu::Device, queue: wgpu::Queue, failure: Failure) -> Gpu {
+        Gpu {
+            shared: Arc::new(Shared {
+                info: device.adapter_info(),
+                limits: device.limits(),
+                features: device.features(),
+                device,
+                queue,
+                failure,
+            }),
+        }
+    }
+
+    /// The device.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.shared.device
+    }
+
+    /// The device's queue.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.shared.queue
+    }
+
+    /// The adapter behind the device.
+    pub fn info(&self) -> &wgpu::AdapterInfo {
+        &self.shared.info
+    }
+
+    /// The limits that the device was made with.
+    pub fn limits(&self) -> &wgpu::Limits {
+        &self.shared.limits
+    }
+
+    /// The features that the device was made with.
+    pub fn features(&self) -> Features {
+        self.shared.features
+    }
+
+    /// The adapter in one line: name, type, backend and driver.
+    pub fn describe(&self) -> String {
+        describe(self.info())
+    }
+
+    /// Runs `work`, and returns what wgpu refused in it as an error.
+    ///
+    /// `what` and `bytes` name what is being made, for [`Error::OutOfMemory`].
+    pub fn checked<T>(&self, what: &str, bytes: u64, work: impl FnOnce() -> T) -> Result<T, Error> {
+        self.healthy()?;
+        let scope = |filter| self.device().push_error_scope(filter);
+        let memory = scope(wgpu::ErrorFilter::OutOfMemory);
+        let internal = scope(wgpu::ErrorFilter::Internal);
+        let validation = scope(wgpu::ErrorFilter::Validation);
+        let result = work();
+        // All three are popped before any is looked at: they nest.
+        let refused = [validation, internal, memory].map(|s| pollster::block_on(s.pop()));
+        match refused.into_iter().flatten().next() {
+            None => {
+                self.healthy()?;
+                Ok(result)
+            }
+            Some(wgpu::Error::OutOfMemory { .. }) => Err(Error::OutOfMemory {
+                what: what.into(),
+                bytes,
+            }),
+            Some(error) => Err(Error::Device {
+                reason: format!("{what}: {}", one_line(&error.to_string())),
+            }),
+        }
+    }
+
+    /// An error if the device was lost or refused something.
+    pub fn healthy(&self) -> Result<(), Error> {
+        let failure = self.shared.failure.lock();
+        match &*failure.unwrap_or_else(PoisonError::into_inner) {
+            None => Ok(()),
+            Some(reason) => Err(Error::Device {
+                reason: one_line(reason),
+            }),
+        }
+    }
+
+    /// Submits `commands` and waits until the device has done them.
+    pub fn finish(&self, commands: wgpu::CommandEncoder) -> Result<(), Error> {
+        self.checked("the frame's commands", 0, || {
+            self.queue().submit([commands.finish()]);
+        })?;
+        self.wait()
+    }
+
+    /// Waits until the device has done all that was submitted.
+    pub fn wait(&self) -> Result<(), Error> {
+        // wgpu panics when the device is lost while it waits (wgpu 30, `CoreDevice::poll`).
+        let poll = || self.device().poll(wgpu::PollType::wait_indefinitely());
+        let waited = std::panic::catch_unwind(std::panic::AssertUnwindSafe(poll));
+        self.healthy()?;
+        match waited {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(error)) => Err(Error::Device {
+                reason: error.to_string(),
+            }),
+            Err(_) => Err(Error::Device {
+                reason: "the device was lost while drawing".into(),
+            }),
+        }
+    }
+}
+
+fn first(failure: &Failure, reason: String) {
+    let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
+    failure.get_or_insert(reason);
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn enumerate() -> Vec<wgpu::Adapter> {
+    let backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::from_env().unwrap_or(backends) & backends,
+        ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
+    });
+    let mut found = pollster::block_on(instance.enumerate_adapters(backends));
+    // Stable, so the driver's own order decides within a kind.
+    found.sort_by_key(|adapter| match adapter.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    });
+    found
+}
+
+fn choose(found: Vec<wgpu::Adapter>, options: &GpuOptions) -> Result<wgpu::Adapter, Error> {
+    let names: Vec<String> = found.iter().map(|a| a.get_info().name).collect();
+    let fits = |adapter: &wgpu::Adapter| {
+        let info = adapter.get_info();
+        let named = options.adapter_name.as_ref().is_none_or(|part| {
+            let name = info.name.to_lowercase();
+            name.contains(&part.to_lowercase())
+        });
+        named && (options.allow_software || info.device_type != wgpu::DeviceType::Cpu)
+    };
+    let chosen = found.into_iter().find(fits);
+    chosen.ok_or_else(|| no_adapter(&names, options))
+}
+
+fn no_adapter(names: &[String], options: &GpuOptions) -> Error {
+    let wanted = match (&options.adapter_name, options.allow_software) {
+        (Some(name), _) => format!("none is called '{name}'"),
+        (None, false) => "software adapters were excluded".into(),
+        (None, true) => "this machine has no Vulkan, Metal or DirectX 12 driver".into(),
+    };
+    if names.is_empty() {
+        Error::NoAdapter {
+            reason: "this machine has no Vulkan, Metal or DirectX 12 driver".into(),
+            help: Some(
+                "`apt-get install mesa-vulkan-drivers libvulkan1` gives a software one on \
+                 Debian and Ubuntu, and `cargo xtask setup` does that"
+                    .into(),
+            ),
+        }
+    } else {
+        Error::NoAdapter {
+            reason: format!("{wanted}; there are {}", names.join(", ")),
+            help: Some(format!(
+                "set {ADAPTER_NAME_VARIABLE} to a part of one of those names, or unset it"
+            )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_adapter_says_what_to_type() {
+        let error = choose(Vec::new(), &GpuOptions::default()).expect_err("there are none");
+        let help = error.help().expect("a command to type");
+        assert!(help.contains("apt-get install mesa-vulkan-drivers libvulkan1"));
+        assert_eq!(error.kind(), tetrascope_core::ErrorKind::Gpu);
+    }
+
+    #[test]
+    fn a_wrong_adapter_name_lists_the_right_ones() {
+        let options = GpuOptions {
+            adapter_name: Some("no such adapter".into()),
+            allow_software: true,
+        };
+        let error = no_adapter(&["llvmpipe".into()], &options).to_string();
+        assert!(error.contains("no such adapter") && error.contains("llvmpipe"));
+    }
+}
