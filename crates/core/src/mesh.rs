@@ -1,20 +1,30 @@
 //! Unstructured meshes: any linear cells in, tetrahedra out.
 
 mod adjacency;
+mod boundary;
+mod cell_type;
+mod five;
 mod orientation;
 mod report;
 mod sort;
+mod split;
 
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::{Bounds, Error};
 
-use adjacency::Adjacency;
 pub use adjacency::FACES;
-use orientation::{LARGEST_COORDINATE, orientation};
+pub use boundary::BoundaryStatistics;
+pub use cell_type::type_name;
 pub use report::MeshReport;
+pub use split::Split;
+
+use adjacency::Adjacency;
+use orientation::{LARGEST_COORDINATE, orientation};
+use split::Pieces;
 
 /// Cells in VTK's layout: cell i has the type `types[i]` and the points
 /// `connectivity[offsets[i]..offsets[i + 1]]`.
@@ -75,6 +85,7 @@ struct Geometry {
     /// Without what depends on the adjacency or the scalars.
     report: MeshReport,
     adjacency: OnceLock<Adjacency>,
+    boundary: OnceLock<BoundaryStatistics>,
 }
 
 #[derive(Debug)]
@@ -84,20 +95,79 @@ struct Field {
 }
 
 impl TetMesh {
-    /// Splits `cells` into tetrahedra that agree across shared faces.
+    /// Splits `cells` into tetrahedra that agree across shared faces, by
+    /// [`Split::SmallestIndex`].
+    ///
+    /// Taken are VTK's linear volume cells; curved ones (quadratic, Lagrange, Bézier)
+    /// by their corners. Points, curves and surfaces are skipped. Orientation is
+    /// fixed where it is wrong, and of equal tetrahedra the first is kept. What was
+    /// found is in [`TetMesh::report`].
+    ///
+    /// # Errors
+    /// With the cell's number: offsets that decrease or run out of the connectivity, a
+    /// wrong number of points, a point that does not exist or is not finite,
+    /// polyhedra and unknown types. Also no volume cell at all, more points or cells
+    /// than 32 bits count, and scalars of the wrong length.
     pub fn new(points: Vec<DVec3>, cells: &Cells, scalars: Scalars) -> Result<TetMesh, Error> {
-        let _ = (points, cells, scalars);
-        unimplemented!("written next")
+        TetMesh::with_split(points, cells, scalars, Split::default())
     }
 
-    /// A mesh of tetrahedra; orientation is fixed where it is wrong.
+    /// As [`TetMesh::new`], with a choice of how cells are cut.
+    ///
+    /// # Errors
+    /// Also cells that cannot be cut so.
+    pub fn with_split(
+        points: Vec<DVec3>,
+        cells: &Cells,
+        scalars: Scalars,
+        split: Split,
+    ) -> Result<TetMesh, Error> {
+        check_counts(points.len(), cells.types.len())?;
+        split::check_cells(&points, cells)?;
+        let mut report = MeshReport::default();
+        for &cell_type in &cells.types {
+            *report.cells_by_type.entry(cell_type).or_default() += 1;
+        }
+        for (&cell_type, &count) in &report.cells_by_type {
+            match cell_type::Kind::of(cell_type) {
+                cell_type::Kind::Linear(_) => {}
+                cell_type::Kind::Quadratic(..) | cell_type::Kind::AnyOrder(_) => {
+                    report.quadratic += count;
+                }
+                cell_type::Kind::Skipped | cell_type::Kind::Refused => {
+                    report.skipped.insert(cell_type, count);
+                }
+            }
+        }
+        if report.skipped.values().sum::<usize>() == cells.types.len() {
+            let found = report.skipped.iter();
+            let found: Vec<String> = found
+                .map(|(&cell_type, count)| format!("{count} × {}", type_name(cell_type)))
+                .collect();
+            return Err(Error::Invalid {
+                what: match found.is_empty() {
+                    true => "the mesh has no cells".into(),
+                    false => format!("the mesh has no volume cells, only {}", found.join(", ")),
+                },
+                help: Some(
+                    "a volume needs tetrahedra, hexahedra, voxels, wedges, prisms or pyramids"
+                        .into(),
+                ),
+            });
+        }
+        let pieces = split::split_cells(&points, cells, split)?;
+        TetMesh::from_pieces(points, pieces, cells.types.len(), report, scalars)
+    }
+
+    /// A mesh of tetrahedra; orientation is fixed where it is wrong, and tetrahedra that
+    /// name a point twice or repeat an earlier one are left out. May be empty.
     ///
     /// # Errors
     /// A cell that names a point that does not exist or is not finite, more points or
     /// cells than 32 bits count, and scalars of the wrong length.
     pub fn from_tetrahedra(
         points: Vec<DVec3>,
-        mut tetrahedra: Vec<[u32; 4]>,
+        tetrahedra: Vec<[u32; 4]>,
         scalars: Scalars,
     ) -> Result<TetMesh, Error> {
         check_counts(points.len(), tetrahedra.len())?;
@@ -106,25 +176,56 @@ impl TetMesh {
                 check_point(&points, cell, u64::from(point))?;
             }
         }
-        let mut report = MeshReport::default();
-        for cell in &mut tetrahedra {
-            let orientation = orientation(cell.map(|p| points[p as usize]));
-            if orientation.sign < 0 {
-                cell.swap(2, 3);
-                report.flipped += 1;
-            }
-            report.degenerate += usize::from(orientation.degenerate);
+        let mut pieces = Pieces::default();
+        for (cell, &corners) in tetrahedra.iter().enumerate() {
+            pieces.add(&points, cell, &cell_type::TETRAHEDRON, &[corners]);
         }
+        let mut report = MeshReport::default();
+        report.cells_by_type.insert(10, tetrahedra.len());
+        TetMesh::from_pieces(points, pieces, tetrahedra.len(), report, scalars)
+    }
+
+    fn from_pieces(
+        points: Vec<DVec3>,
+        mut pieces: Pieces,
+        input_cell_count: usize,
+        mut report: MeshReport,
+        scalars: Scalars,
+    ) -> Result<TetMesh, Error> {
+        // One cell becomes up to 16 tetrahedra.
+        check_counts(points.len(), pieces.tetrahedra.len())?;
+        report.duplicates = pieces.remove_duplicates(points.len());
+        let Pieces {
+            tetrahedra,
+            mut sources,
+            ..
+        } = pieces;
         report.tetrahedra = tetrahedra.len();
-        let input_cell_count = tetrahedra.len();
+        report.flipped = pieces.flipped;
+        report.folded = pieces.folded;
+        report.collapsed = pieces.collapsed;
+        report.degenerate = tetrahedra
+            .par_iter()
+            .filter(|cell| orientation(cell.map(|p| points[p as usize])).degenerate)
+            .count();
+        let used = used_points(points.len(), &tetrahedra);
+        report.unused_points = used.iter().filter(|used| !**used).count();
+        if sources
+            .iter()
+            .zip(0..)
+            .all(|(&source, cell)| source == cell)
+        {
+            sources = Vec::new();
+        }
         let geometry = Geometry {
             bounds: used_bounds(&points, &tetrahedra),
             points,
             tetrahedra,
-            sources: Vec::new(),
+            sources,
             input_cell_count,
             report,
             adjacency: OnceLock::new(),
+            boundary: OnceLock::new(),
         };
         TetMesh::assemble(Arc::new(geometry), scalars)
     }
@@ -169,7 +270,8 @@ impl TetMesh {
     }
 
     /// Point indices of each cell, positively oriented:
-    /// (p₁ − p₀) · ((p₂ − p₀) × (p₃ − p₀)) ≥ 0, with 0 for a degenerate cell.
+    /// (p₁ − p₀) · ((p₂ − p₀) × (p₃ − p₀)) ≥ 0, with 0 for a degenerate cell. Exact:
+    /// of a cell that is flat but for rounding, f64 may compute the opposite sign.
     pub fn tetrahedra(&self) -> &[[u32; 4]] {
         &self.geometry.tetrahedra
     }
@@ -242,12 +344,35 @@ impl TetMesh {
         &self.adjacency().boundary
     }
 
-    /// What was found and fixed in the mesh. Finds the adjacency.
+    /// What was found and fixed in the mesh. Finds the adjacency, if nothing has yet.
     pub fn report(&self) -> MeshReport {
+        let is_bad = |value: &&f64| !value.is_finite();
+        let values = &self.field.scalars.values;
+        let non_finite_scalars = match self.field.scalars.association {
+            Association::Cell => values.iter().filter(is_bad).count(),
+            Association::Point => used_points(values.len(), &self.geometry.tetrahedra)
+                .iter()
+                .zip(values)
+                .filter(|(used, value)| **used && is_bad(value))
+                .count(),
+        };
         MeshReport {
-            crowded_faces: self.adjacency().crowded_faces,
+            crowded_faces: self.crowded_face_count(),
+            non_finite_scalars,
             ..self.geometry.report.clone()
         }
+    }
+
+    /// The shape of the boundary. Found on first use and kept.
+    pub fn boundary_statistics(&self) -> &BoundaryStatistics {
+        self.geometry
+            .boundary
+            .get_or_init(|| boundary::boundary_statistics(self))
+    }
+
+    /// Faces of three or more cells.
+    fn crowded_face_count(&self) -> usize {
+        self.adjacency().crowded_faces
     }
 
     /// The sum of the cells' volumes, cubic world units.
@@ -306,6 +431,14 @@ fn check_point(points: &[DVec3], cell: usize, point: u64) -> Result<u32, Error> 
         }
         Some(_) => Ok(u32::try_from(point).expect("checked with the counts")),
     }
+}
+
+fn used_points(point_count: usize, tetrahedra: &[[u32; 4]]) -> Vec<bool> {
+    let mut used = vec![false; point_count];
+    for &point in tetrahedra.iter().flatten() {
+        used[point as usize] = true;
+    }
+    used
 }
 
 fn used_bounds(points: &[DVec3], tetrahedra: &[[u32; 4]]) -> Bounds {

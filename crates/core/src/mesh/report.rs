@@ -1,19 +1,85 @@
 //! What was found and fixed while a mesh was built.
 
+use std::collections::BTreeMap;
+
+use super::type_name;
+
 /// Counts of what a mesh consists of and of what is wrong with it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MeshReport {
+    /// How many input cells there are of each VTK type, drawn or not.
+    pub cells_by_type: BTreeMap<u8, usize>,
     /// Tetrahedra that are drawn.
     pub tetrahedra: usize,
-    /// Input cells whose corners came in the opposite orientation; fixed.
+    /// Input cells whose corners came in the opposite orientation; fixed. Wedges are
+    /// not counted, as both of their orders are in use.
     pub flipped: usize,
+    /// Input cells so warped that some of their tetrahedra are inverted relative to
+    /// the others. Each is oriented for itself, so they overlap.
+    pub folded: usize,
     /// Tetrahedra without volume; kept, as they hold the mesh together, and harmless.
     ///
     /// The test is relative to the cell: its determinant is within the rounding
     /// error of its own evaluation in f64 (Shewchuk 1997, bound A), so that its
     /// coordinates cannot tell it from a flat one.
     pub degenerate: usize,
+    /// Tetrahedra left out because they name a point twice; they have no inside, and
+    /// the cells on their two sides share a face directly.
+    pub collapsed: usize,
+    /// Tetrahedra left out because an earlier one has the same four points.
+    pub duplicates: usize,
+    /// Curved cells, drawn by their corners.
+    pub quadratic: usize,
+    /// Cells that are points, curves or surfaces, by VTK type; left out.
+    pub skipped: BTreeMap<u8, usize>,
+    /// Points that no tetrahedron uses.
+    pub unused_points: usize,
     /// Faces that three or more tetrahedra share; each takes it as boundary.
     pub crowded_faces: usize,
+    /// Infinite or undefined values, at points that tetrahedra use or in cells; transparent.
+    pub non_finite_scalars: usize,
+}
+
+impl MeshReport {
+    /// One line on each thing that a user may want to know; empty for a clean mesh.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        let mut note = |count: usize, what: &str| {
+            if count > 0 {
+                notes.push(format!("{count} {what}"));
+            }
+        };
+        for (&cell_type, &count) in &self.skipped {
+            note(
+                count,
+                &format!("× {}: no volume, left out", type_name(cell_type)),
+            );
+        }
+        note(
+            self.quadratic,
+            "curved cells are drawn by their corners, with straight edges and linear fields",
+        );
+        note(self.flipped, "cells had the opposite orientation: fixed");
+        note(self.folded, "cells are folded, so parts of them overlap");
+        note(self.degenerate, "tetrahedra have no volume: harmless");
+        note(
+            self.collapsed,
+            "tetrahedra named a point twice: left out, harmless",
+        );
+        note(
+            self.duplicates,
+            "tetrahedra were there already: drawn once, by the first",
+        );
+        note(
+            self.crowded_faces,
+            "faces belong to more than two tetrahedra: cells overlap there, or the mesh is folded",
+        );
+        note(self.unused_points, "points belong to no cell");
+        note(
+            self.non_finite_scalars,
+            "scalars are not finite: transparent where NaN",
+        );
+        notes
+    }
 }

@@ -1,3 +1,6 @@
+mod blunt_fin;
+mod lattice;
+
 use super::*;
 
 fn scalars(count: usize) -> Scalars {
@@ -64,4 +67,256 @@ fn bad_input_is_named() {
         error(corner(), vec![[0, 1, 2, 3]], 5),
         "field 's' has 5 values for 4 points"
     );
+}
+
+fn cells(list: &[(u8, &[u64])]) -> Cells {
+    let mut cells = Cells {
+        offsets: vec![0],
+        ..Cells::default()
+    };
+    for (cell_type, points) in list {
+        cells.types.push(*cell_type);
+        cells.connectivity.extend_from_slice(points);
+        cells.offsets.push(cells.connectivity.len() as u64);
+    }
+    cells
+}
+
+/// Offsets of a cube's corners in VTK's order of a hexahedron.
+const CUBE: [[u8; 3]; 8] = [
+    [0, 0, 0],
+    [1, 0, 0],
+    [1, 1, 0],
+    [0, 1, 0],
+    [0, 0, 1],
+    [1, 0, 1],
+    [1, 1, 1],
+    [0, 1, 1],
+];
+
+fn cube() -> Vec<DVec3> {
+    CUBE.map(|corner| DVec3::from_array(corner.map(f64::from)))
+        .to_vec()
+}
+
+#[test]
+fn each_type_fills_its_cell() {
+    let hexagon = |z: f64| {
+        (0..6).map(move |i| {
+            DVec3::from((
+                glam::DVec2::from_angle(f64::from(i) * std::f64::consts::FRAC_PI_3),
+                z,
+            ))
+        })
+    };
+    let prism: Vec<DVec3> = hexagon(0.0).chain(hexagon(1.0)).collect();
+    // (type, points, cell, volume): a regular hexagon of side 1 has the area √27/2, and a
+    // pentagon that lacks one of its corners √27/2 − √3/4.
+    let hexagon_area = 27_f64.sqrt() / 2.0;
+    let pentagon_area = hexagon_area - 3_f64.sqrt() / 4.0;
+    let cases: [(u8, Vec<DVec3>, &[u64], f64); 7] = [
+        (10, cube(), &[0, 1, 2, 5], 1.0 / 6.0),
+        (11, cube(), &[0, 1, 3, 2, 4, 5, 7, 6], 1.0),
+        (12, cube(), &[0, 1, 2, 3, 4, 5, 6, 7], 1.0),
+        (13, cube(), &[0, 1, 2, 4, 5, 6], 0.5),
+        (14, cube(), &[0, 1, 2, 3, 4], 1.0 / 3.0),
+        (
+            15,
+            prism.clone(),
+            &[0, 1, 2, 3, 4, 6, 7, 8, 9, 10],
+            pentagon_area,
+        ),
+        (
+            16,
+            prism,
+            &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11],
+            hexagon_area,
+        ),
+    ];
+    for (cell_type, points, indices, volume) in cases {
+        let count = points.len();
+        let mesh =
+            TetMesh::new(points, &cells(&[(cell_type, indices)]), scalars(count)).expect("valid");
+        // A dozen roundings of numbers up to 1.
+        assert!(
+            (mesh.volume() - volume).abs() < 16.0 * f64::EPSILON,
+            "type {cell_type}"
+        );
+        let report = mesh.report();
+        assert_eq!(
+            (report.flipped, report.folded, report.degenerate),
+            (0, 0, 0),
+            "type {cell_type}"
+        );
+        assert!(mesh.boundary_statistics().convex, "type {cell_type}");
+    }
+}
+
+#[test]
+fn both_orders_of_a_wedge_are_right() {
+    for indices in [[0, 1, 2, 4, 5, 6], [0, 2, 1, 4, 6, 5]] {
+        let mesh = TetMesh::new(cube(), &cells(&[(13, &indices)]), scalars(8)).expect("valid");
+        assert_eq!(mesh.volume(), 0.5);
+        assert_eq!(mesh.report().folded, 0);
+        assert_eq!(mesh.cell_count(), 3);
+    }
+}
+
+#[test]
+fn a_mirrored_hexahedron_is_fixed_and_counted() {
+    let mesh = TetMesh::new(
+        cube(),
+        &cells(&[(12, &[4, 5, 6, 7, 0, 1, 2, 3])]),
+        scalars(8),
+    )
+    .expect("valid");
+    assert_eq!(mesh.volume(), 1.0);
+    assert_eq!(mesh.report().flipped, 1);
+}
+
+#[test]
+fn curved_cells_keep_their_corners_and_flat_ones_are_skipped() {
+    let mut points = cube();
+    points.extend(corner());
+    let mesh = TetMesh::new(
+        points,
+        &cells(&[
+            (5, &[0, 1, 2]),
+            (24, &[0, 1, 2, 5, 8, 8, 8, 8, 8, 8]),
+            (1, &[3]),
+            (71, &[0, 2, 3, 7]),
+        ]),
+        Scalars {
+            association: Association::Cell,
+            ..scalars(4)
+        },
+    )
+    .expect("valid");
+    let report = mesh.report();
+    assert_eq!(report.quadratic, 2);
+    assert_eq!(report.skipped, [(1, 1), (5, 1)].into());
+    assert_eq!(report.unused_points, 12 - 6);
+    assert_eq!(mesh.source_cell(0), 1);
+    assert_eq!(mesh.source_cell(1), 3);
+    assert_eq!(
+        report.notes(),
+        [
+            "1 × vertex: no volume, left out",
+            "1 × triangle: no volume, left out",
+            "2 curved cells are drawn by their corners, with straight edges and linear fields",
+            "6 points belong to no cell",
+        ]
+    );
+}
+
+#[test]
+fn repeated_and_collapsed_tetrahedra_are_left_out() {
+    let mut points = corner();
+    points.push(DVec3::ONE);
+    let mesh = TetMesh::from_tetrahedra(
+        points,
+        vec![[0, 1, 2, 3], [2, 3, 1, 1], [1, 0, 2, 3], [4, 1, 3, 2]],
+        Scalars {
+            association: Association::Cell,
+            values: vec![1.0, 2.0, 3.0, 4.0],
+            name: "s".into(),
+        },
+    )
+    .expect("valid");
+    let report = mesh.report();
+    assert_eq!(
+        (report.tetrahedra, report.duplicates, report.collapsed),
+        (2, 1, 1)
+    );
+    assert_eq!(mesh.cell_scalars(1), [4.0; 4]);
+    assert_eq!(mesh.boundary_faces().len(), 6);
+}
+
+#[test]
+fn a_face_of_three_cells_is_counted() {
+    let mut points = corner();
+    points.extend([DVec3::ONE, DVec3::splat(2.0)]);
+    let mesh = TetMesh::from_tetrahedra(
+        points,
+        vec![[0, 1, 2, 3], [4, 1, 2, 3], [5, 1, 2, 3]],
+        scalars(6),
+    )
+    .expect("valid");
+    assert_eq!(mesh.report().crowded_faces, 1);
+    assert_eq!(mesh.boundary_faces().len(), 12);
+    assert!(!mesh.boundary_statistics().convex);
+}
+
+#[test]
+fn undefined_scalars_are_counted_where_cells_use_them() {
+    let mut points = corner();
+    points.push(DVec3::ONE);
+    let mut field = scalars(5);
+    field.values[1] = f64::NAN;
+    field.values[4] = f64::NAN;
+    let mesh = TetMesh::from_tetrahedra(points, vec![[0, 1, 2, 3]], field).expect("valid");
+    assert_eq!(mesh.report().non_finite_scalars, 1);
+    assert_eq!(mesh.scalar_range(), Some((0.0, 0.0)));
+}
+
+#[test]
+fn a_nearly_flat_cell_is_oriented_exactly() {
+    // In f64, 1/3 is (1 − 2⁻⁵⁴)/3, and the next numbers follow at steps of 2⁻⁵⁴: two steps
+    // put the fourth point 2⁻⁵⁴ beyond the plane x + y + z = 1, less than f64
+    // determinants resolve.
+    let third = DVec3::splat(1.0) / 3.0;
+    let points = vec![
+        DVec3::X,
+        DVec3::Y,
+        DVec3::Z,
+        DVec3::new(third.x, third.y, third.z.next_up().next_up()),
+    ];
+    for (cell, oriented) in [([0, 1, 2, 3], [0, 1, 2, 3]), ([0, 2, 1, 3], [0, 2, 3, 1])] {
+        let mesh = TetMesh::from_tetrahedra(points.clone(), vec![cell], scalars(4)).expect("valid");
+        assert_eq!(mesh.report().degenerate, 1);
+        assert_eq!(mesh.tetrahedra(), [oriented]);
+    }
+}
+
+#[test]
+fn bad_cells_are_named() {
+    let error = |cells: Cells| {
+        TetMesh::new(cube(), &cells, scalars(8))
+            .expect_err("invalid")
+            .to_string()
+    };
+    let tetrahedron: (u8, &[u64]) = (10, &[0, 1, 2, 5]);
+    assert_eq!(
+        error(cells(&[tetrahedron, (42, &[0, 1, 2])])),
+        "cell 1 is a polyhedron, which is not supported"
+    );
+    assert_eq!(
+        error(cells(&[tetrahedron, (99, &[])])),
+        "cell 1 is a cell of VTK type 99, which is not supported"
+    );
+    assert_eq!(
+        error(cells(&[tetrahedron, (12, &[0, 1, 2])])),
+        "cell 1 is a hexahedron of 3 points; it must have 8"
+    );
+    assert_eq!(
+        error(cells(&[(10, &[0, 1, 2, u64::MAX])])),
+        "cell 0 uses point 18446744073709551615, but there are 8 points, counted from 0"
+    );
+    assert_eq!(
+        error(cells(&[(5, &[0, 1, 2])])),
+        "the mesh has no volume cells, only 1 × triangle"
+    );
+    let mut broken = cells(&[tetrahedron, tetrahedron]);
+    broken.offsets = vec![0, 9, 8];
+    assert_eq!(
+        error(broken.clone()),
+        "cell 1 begins at 9 in the connectivity and ends before, at 8"
+    );
+    broken.offsets = vec![0, 4, 9];
+    assert_eq!(
+        error(broken.clone()),
+        "cell offsets run from 0 to 9; they must run from 0 to 8, the length of the connectivity"
+    );
+    broken.offsets = vec![];
+    assert_eq!(error(broken), "2 cells need 3 offsets, there are 0");
 }
