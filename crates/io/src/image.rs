@@ -1,0 +1,230 @@
+//! Images out: PNG for people, EXR and NPY for measuring.
+//!
+//! | file | texels | metadata |
+//! |---|---|---|
+//! | PNG | 8-bit sRGB, straight alpha | text chunks |
+//! | EXR | 32-bit linear floats, premultiplied | attributes named `tetrascope.KEY` |
+//! | NPY | 32-bit linear floats, premultiplied | `NAME.npy.json` beside it |
+
+use std::borrow::Cow;
+use std::io::{Cursor, Write as _};
+use std::path::{Path, PathBuf};
+
+use exr::prelude::WritableImage as _;
+use tetrascope_core::colormap::linear_to_srgb;
+use tetrascope_core::{Error, Frame};
+
+/// Writes `frame` in the format that the extension names: `.png`, `.exr` or `.npy`.
+///
+/// `metadata` is pairs of key and text. A file of that name is replaced only
+/// by a complete one.
+///
+/// # Errors
+/// [`Error::Unknown`] for another extension, [`Error::Io`] when the file cannot
+/// be written, [`Error::Invalid`] for an empty frame or a key that the format
+/// cannot hold.
+pub fn write_image(path: &Path, frame: &Frame, metadata: &[(String, String)]) -> Result<(), Error> {
+    match extension(path).as_str() {
+        "png" => write_file(path, &encode_png(frame, metadata)?),
+        "exr" => write_file(path, &encode_exr(frame, metadata)?),
+        "npy" => {
+            write_file(path, &encode_npy(frame)?)?;
+            write_file(&sidecar(path), &encode_sidecar(metadata))
+        }
+        other => Err(Error::Unknown {
+            kind: "image format",
+            name: other.into(),
+            valid: ["png", "exr", "npy"].map(String::from).into(),
+        }),
+    }
+}
+
+/// Writes a whole file or nothing: the bytes go to a temporary file in the same
+/// folder, which then takes the name.
+///
+/// # Errors
+/// [`Error::Io`] when the folder or the file cannot be written.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        // As any new file: readable by whom the umask lets read it.
+        use std::os::unix::fs::PermissionsExt as _;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder
+        .prefix(".tetrascope-")
+        .tempfile_in(folder)
+        .and_then(|mut file| {
+            file.write_all(bytes)?;
+            file.as_file().sync_all()?;
+            file.persist(path).map_err(|error| error.error)?;
+            Ok(())
+        })
+        .map_err(|source| Error::Io {
+            action: "cannot write",
+            path: path.to_owned(),
+            source,
+        })
+}
+
+/// The frame as a PNG file: 8-bit RGBA in sRGB, straight alpha, rounded to the
+/// nearest level; values outside [0, 1] are clamped and NaN is 0.
+///
+/// A texel that sends more light than its opacity can carry (pure emission has
+/// opacity 0) is given the opacity of its brightest component, so that it looks
+/// right over black; straight alpha could not show it otherwise.
+///
+/// # Errors
+/// [`Error::Invalid`] for a frame without texels, or a key that is not 1 to 79
+/// Latin-1 characters.
+pub fn encode_png(frame: &Frame, metadata: &[(String, String)]) -> Result<Vec<u8>, Error> {
+    check(frame)?;
+    let texels: Vec<u8> = frame
+        .pixels
+        .iter()
+        .flat_map(|&p| straight_srgb(p))
+        .collect();
+    let encode = || -> Result<Vec<u8>, png::EncodingError> {
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, frame.width, frame.height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+        for (key, text) in metadata {
+            if text.is_ascii() {
+                encoder.add_text_chunk(key.clone(), text.clone())?;
+            } else {
+                encoder.add_itxt_chunk(key.clone(), text.clone())?;
+            }
+        }
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&texels)?;
+        writer.finish()?;
+        Ok(file)
+    };
+    encode().map_err(|error| Error::invalid(format!("cannot make a PNG file: {error}")))
+}
+
+/// The frame as an EXR file: linear premultiplied RGBA in 32-bit floats,
+/// losslessly compressed.
+///
+/// # Errors
+/// [`Error::Invalid`] for a frame without texels or with more than the format holds.
+pub fn encode_exr(frame: &Frame, metadata: &[(String, String)]) -> Result<Vec<u8>, Error> {
+    use exr::prelude::{
+        AttributeValue, Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, Vec2,
+    };
+    check(frame)?;
+    let size = (frame.width as usize, frame.height as usize);
+    // Text is bytes in an EXR file; ours is UTF-8. The prefix keeps clear of
+    // the names that the format gives a meaning.
+    let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
+    let mut attributes = LayerAttributes::default();
+    for (key, value) in metadata {
+        attributes.other.insert(
+            text(&format!("tetrascope.{key}")),
+            AttributeValue::Text(text(value)),
+        );
+    }
+    let channels = SpecificChannels::rgba(|Vec2(column, row): Vec2<usize>| {
+        let [r, g, b, a] = frame.pixels[row * size.0 + column];
+        (r, g, b, a)
+    });
+    let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
+    let mut file = Cursor::new(Vec::new());
+    Image::from_layer(layer)
+        .write()
+        .to_buffered(&mut file)
+        .map_err(|error| Error::invalid(format!("cannot make an EXR file: {error}")))?;
+    Ok(file.into_inner())
+}
+
+/// The frame as a NumPy file, format 1.0: an array of shape (height, width, 4)
+/// of little-endian 32-bit floats in C order, linear premultiplied RGBA, top row
+/// first.
+///
+/// # Errors
+/// [`Error::Invalid`] for a frame without texels.
+pub fn encode_npy(frame: &Frame) -> Result<Vec<u8>, Error> {
+    check(frame)?;
+    let dictionary = format!(
+        "{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}, 4), }}",
+        frame.height, frame.width
+    );
+    // Magic, version, a 16-bit length, the dictionary, spaces and a newline:
+    // in all a multiple of 64 bytes (NumPy Enhancement Proposal 1).
+    let unpadded = 10 + dictionary.len() + 1;
+    let header = unpadded.next_multiple_of(64);
+    let mut file = Vec::with_capacity(header + 16 * frame.pixels.len());
+    file.extend_from_slice(b"\x93NUMPY\x01\x00");
+    file.extend_from_slice(&((header - 10) as u16).to_le_bytes());
+    file.extend_from_slice(dictionary.as_bytes());
+    file.resize(header - 1, b' ');
+    file.push(b'\n');
+    for value in frame.pixels.iter().flatten() {
+        file.extend_from_slice(&value.to_le_bytes());
+    }
+    Ok(file)
+}
+
+/// The metadata as a JSON object of texts.
+fn encode_sidecar(metadata: &[(String, String)]) -> Vec<u8> {
+    let map: serde_json::Map<String, serde_json::Value> = metadata
+        .iter()
+        .map(|(key, text)| (key.clone(), text.as_str().into()))
+        .collect();
+    let mut json = serde_json::to_vec_pretty(&map).expect("a map of texts is JSON");
+    json.push(b'\n');
+    json
+}
+
+/// `NAME.npy.json` for `NAME.npy`.
+fn sidecar(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".json");
+    name.into()
+}
+
+/// In lower case; empty when there is none.
+fn extension(path: &Path) -> String {
+    path.extension()
+        .map_or(Cow::Borrowed(""), |e| e.to_string_lossy())
+        .to_ascii_lowercase()
+}
+
+fn check(frame: &Frame) -> Result<(), Error> {
+    let texels = u64::from(frame.width) * u64::from(frame.height);
+    if texels == 0 || texels != frame.pixels.len() as u64 {
+        return Err(Error::invalid(format!(
+            "an image of {}×{} with {} texels cannot be written",
+            frame.width,
+            frame.height,
+            frame.pixels.len()
+        )));
+    }
+    Ok(())
+}
+
+/// Premultiplied linear floats to straight sRGB bytes.
+fn straight_srgb(pixel: [f32; 4]) -> [u8; 4] {
+    // `max` passes over NaN.
+    let [r, g, b, a] = pixel.map(|value| f64::from(value).max(0.0));
+    let opacity = a.max(r).max(g).max(b).min(1.0);
+    let level = |value: f64| (255.0 * value).round() as u8;
+    let color = |value: f64| {
+        if opacity > 0.0 {
+            level(linear_to_srgb((value / opacity).min(1.0)))
+        } else {
+            0
+        }
+    };
+    [color(r), color(g), color(b), level(opacity)]
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,261 @@
+//! What a mesh reader returns.
+
+use glam::DVec3;
+use tetrascope_core::glam;
+use tetrascope_core::mesh::Association;
+use tetrascope_core::{Cells, Error, Scalars, TetMesh};
+
+use crate::source::count;
+
+/// An unstructured mesh as a file holds it, with all its fields.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshData {
+    /// Positions, world space. Some may be used by no cell.
+    pub points: Vec<DVec3>,
+    /// Cells of any type; every index is checked against `points`.
+    pub cells: Cells,
+    /// Every scalar field; a vector is its components and its magnitude. The
+    /// file's active scalars come first, then scalars, then parts of vectors,
+    /// then identifiers.
+    pub fields: Vec<Scalars>,
+    /// What was found out, repaired or left out: one sentence each.
+    pub notes: Vec<String>,
+}
+
+impl MeshData {
+    /// Each field as "density [0.19, 4.98] (point)".
+    ///
+    /// The range is that of the finite values at points that cells use.
+    pub fn field_list(&self) -> Vec<String> {
+        let used = self.used_points();
+        self.fields
+            .iter()
+            .map(|field| {
+                let range = match self.range(field, &used) {
+                    Some((low, high)) => format!("[{}, {}]", short(low), short(high)),
+                    None => "[no finite value]".into(),
+                };
+                let association = match field.association {
+                    Association::Point => "point",
+                    Association::Cell => "cell",
+                };
+                format!("{} {range} ({association})", field.name)
+            })
+            .collect()
+    }
+
+    /// The field of that name. Without a name: the first that is not the same
+    /// everywhere, or simply the first.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchField`] lists what there is, with ranges;
+    /// [`Error::Invalid`] if there is no field at all.
+    pub fn field(&self, name: Option<&str>) -> Result<&Scalars, Error> {
+        Ok(&self.fields[self.field_index(name)?])
+    }
+
+    /// The tetrahedra of this mesh with one of its fields, chosen as by
+    /// [`MeshData::field`].
+    ///
+    /// # Errors
+    /// As [`MeshData::field`] and [`TetMesh::new`].
+    pub fn into_mesh(mut self, field: Option<&str>) -> Result<TetMesh, Error> {
+        let index = self.field_index(field)?;
+        let scalars = self.fields.swap_remove(index);
+        self.fields = Vec::new(); // large, and not needed while the mesh is built
+        TetMesh::new(self.points, &self.cells, scalars)
+    }
+
+    /// How many cells of each VTK type there are, by type.
+    pub fn cell_counts(&self) -> Vec<(u8, usize)> {
+        let mut counts = [0; 256];
+        for &kind in &self.cells.types {
+            counts[usize::from(kind)] += 1;
+        }
+        (0..=255)
+            .zip(counts)
+            .filter(|&(_, count)| count > 0)
+            .collect()
+    }
+
+    fn field_index(&self, name: Option<&str>) -> Result<usize, Error> {
+        if self.fields.is_empty() {
+            return Err(Error::Invalid {
+                what: "the mesh has no scalar field to draw".into(),
+                help: Some(
+                    "give the file that holds the fields with --solution FILE, or choose a mesh with point or cell data"
+                        .into(),
+                ),
+            });
+        }
+        let Some(name) = name else {
+            let used = self.used_points();
+            let varies = |field: &Scalars| {
+                self.range(field, &used)
+                    .is_some_and(|(low, high)| low < high)
+            };
+            return Ok(self.fields.iter().position(varies).unwrap_or(0));
+        };
+        self.fields
+            .iter()
+            .position(|field| field.name == name)
+            .ok_or_else(|| Error::NoSuchField {
+                name: name.into(),
+                available: self.field_list(),
+            })
+    }
+
+    /// The least and greatest finite value that cells use.
+    fn range(&self, field: &Scalars, used: &[bool]) -> Option<(f64, f64)> {
+        let all_used = field.association == Association::Cell;
+        field
+            .values
+            .iter()
+            .zip(
+                used.iter()
+                    .map(|&u| u || all_used)
+                    .chain(std::iter::repeat(all_used)),
+            )
+            .filter(|&(value, used)| used && value.is_finite())
+            .fold(None, |range, (&value, _)| match range {
+                None => Some((value, value)),
+                Some((low, high)) => Some((value.min(low), value.max(high))),
+            })
+    }
+
+    /// Whether any cell uses each point.
+    fn used_points(&self) -> Vec<bool> {
+        let mut used = vec![false; self.points.len()];
+        for &point in &self.cells.connectivity {
+            if let Some(used) = used.get_mut(point as usize) {
+                *used = true;
+            }
+        }
+        used
+    }
+
+    /// Removes the cells for which `keep` is false, with their values, and
+    /// notes how many there were and why. `keep` has one entry a cell.
+    pub(crate) fn retain_cells(&mut self, keep: &[bool], why: &str) {
+        let removed = keep.iter().filter(|&&keep| !keep).count() as u64;
+        if removed == 0 {
+            return;
+        }
+        let mut kept = Cells {
+            offsets: vec![0],
+            ..Cells::default()
+        };
+        for (cell, _) in keep.iter().enumerate().filter(|&(_, &keep)| keep) {
+            kept.types.push(self.cells.types[cell]);
+            let points = self.cells.offsets[cell] as usize..self.cells.offsets[cell + 1] as usize;
+            kept.connectivity
+                .extend_from_slice(&self.cells.connectivity[points]);
+            kept.offsets.push(kept.connectivity.len() as u64);
+        }
+        self.cells = kept;
+        for field in &mut self.fields {
+            if field.association == Association::Cell {
+                let mut flags = keep.iter();
+                field
+                    .values
+                    .retain(|_| *flags.next().expect("one flag a value"));
+            }
+        }
+        self.notes
+            .push(format!("{} left out: {why}", count(removed, "cell")));
+    }
+}
+
+/// Six significant digits at most.
+fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    if magnitude != 0.0 && !(1e-4..1e7).contains(&magnitude) {
+        return format!("{value:.4e}");
+    }
+    let decimals = (5 - magnitude.max(1e-4).log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').into()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scalars(name: &str, association: Association, values: &[f64]) -> Scalars {
+        Scalars {
+            name: name.into(),
+            association,
+            values: values.into(),
+        }
+    }
+
+    /// Two tetrahedra on five points, and a sixth point that none uses.
+    fn data() -> MeshData {
+        MeshData {
+            points: vec![
+                DVec3::ZERO,
+                DVec3::X,
+                DVec3::Y,
+                DVec3::Z,
+                DVec3::ONE,
+                DVec3::splat(9.0),
+            ],
+            cells: Cells {
+                types: vec![10, 10],
+                offsets: vec![0, 4, 8],
+                connectivity: vec![0, 1, 2, 3, 1, 2, 3, 4],
+            },
+            fields: vec![
+                scalars("flat", Association::Point, &[1.0, 1.0, 1.0, 1.0, 1.0, 2.0]),
+                scalars(
+                    "t",
+                    Association::Point,
+                    &[0.5, f64::NAN, 1e-9, 3.0, 2.0, 7.0],
+                ),
+                scalars("c", Association::Cell, &[-1.0, 250_000.25]),
+            ],
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn fields_are_listed_with_the_range_that_cells_use() {
+        let list = data().field_list();
+        assert_eq!(
+            list,
+            [
+                "flat [1, 1] (point)",
+                "t [1.0000e-9, 3] (point)",
+                "c [-1, 250000] (cell)"
+            ]
+        );
+    }
+
+    #[test]
+    fn the_first_field_that_varies_is_the_default() {
+        assert_eq!(data().field(None).expect("there are fields").name, "t");
+        assert_eq!(data().field(Some("c")).expect("it exists").name, "c");
+        let error = data().field(Some("x")).expect_err("there is no x");
+        assert!(
+            error.to_string().contains("t [1.0000e-9, 3] (point)"),
+            "{error}"
+        );
+        let empty = MeshData::default();
+        assert!(empty.field(None).is_err());
+    }
+
+    #[test]
+    fn leaving_out_a_cell_keeps_the_values_of_the_others() {
+        let mut data = data();
+        data.retain_cells(&[false, true], "a reason");
+        assert_eq!(data.cells.connectivity, [1, 2, 3, 4]);
+        assert_eq!(data.cells.offsets, [0, 4]);
+        assert_eq!(data.fields[2].values, [250_000.25]);
+        assert_eq!(data.fields[0].values.len(), 6);
+        assert_eq!(data.notes, ["1 cell left out: a reason"]);
+    }
+}

@@ -1,0 +1,262 @@
+//! Which reader a file needs, and what all readers must guarantee.
+
+use std::path::{Path, PathBuf};
+
+use tetrascope_core::Error;
+use tetrascope_core::mesh::Association;
+
+use crate::source::Source;
+use crate::{MeshData, plot3d};
+
+/// How to read a mesh.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// The file with the fields where the format keeps them apart (Plot3D);
+    /// found by its name when not given.
+    pub solution: Option<PathBuf>,
+}
+
+/// What is read, for messages.
+const FORMATS: &str = "Tetrascope reads Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu) and legacy VTK (.vtk)";
+
+/// Formats that people have and that are not read, by extension.
+const NOT_READ: [(&[&str], &str); 8] = [
+    (
+        &["pvtu", "pvd", "vtm", "vtmb"],
+        "a VTK file that lists other files; give one of its .vtu pieces",
+    ),
+    (
+        &["vts", "vtr", "vtp"],
+        "a VTK XML file of another kind; save it as an unstructured grid (.vtu)",
+    ),
+    (
+        &["vti", "nrrd", "nhdr", "mha", "mhd", "nii", "raw"],
+        "a regular grid of samples; this version reads meshes",
+    ),
+    (
+        &["vtkhdf", "hdf", "h5", "xdmf", "xmf"],
+        "an HDF5 file; save it as .vtu",
+    ),
+    (&["msh"], "a Gmsh or Fluent mesh; save it as .vtu"),
+    (&["case", "encas"], "an EnSight case; save it as .vtu"),
+    (
+        &["exo", "e", "ex2", "cgns", "nc"],
+        "an Exodus, CGNS or netCDF mesh; save it as .vtu",
+    ),
+    (
+        &["inp", "med", "foam", "stl", "ply", "obj"],
+        "a mesh in a format of another program; save it as .vtu",
+    ),
+];
+
+/// Reads a mesh with all its fields; the format is told by the file's first
+/// bytes, then by its extension.
+///
+/// Every cell of the result has as many points as its type needs, all of them
+/// exist and lie at finite coordinates, and every field has one value a point
+/// or a cell.
+///
+/// # Errors
+/// [`Error::Io`] when a file cannot be read, [`Error::Format`] when it makes no
+/// sense or is of a format that is not read.
+pub fn read_mesh(path: &Path, options: &ReadOptions) -> Result<MeshData, Error> {
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase())
+        .unwrap_or_default();
+    let source = Source::open(path)?;
+    let format = Format::of(&source, &extension)?;
+    if let (Some(solution), false) = (&options.solution, matches!(format, Format::Plot3d)) {
+        return Err(Error::Invalid {
+            what: format!(
+                "{} cannot be used: {} holds its own fields",
+                solution.display(),
+                path.display()
+            ),
+            help: Some("a solution file goes with a Plot3D grid; leave out --solution".into()),
+        });
+    }
+    match format {
+        Format::Plot3d => {
+            drop(source); // the reader may need the other file of the pair
+            plot3d::read(path, options.solution.as_deref())
+        }
+        Format::VtkXml | Format::VtkLegacy => {
+            Err(source.error_with_help("byte 0", "VTK files are not read yet", FORMATS))
+        }
+    }
+}
+
+enum Format {
+    Plot3d,
+    VtkXml,
+    VtkLegacy,
+}
+
+impl Format {
+    fn of(source: &Source, extension: &str) -> Result<Format, Error> {
+        let bytes = source
+            .bytes
+            .strip_prefix(b"\xef\xbb\xbf")
+            .unwrap_or(&source.bytes);
+        let head = &bytes[..bytes.len().min(4096)];
+        let refuse = |what: &str| Err(source.error_with_help("byte 0", what, FORMATS));
+        if head.starts_with(b"# vtk DataFile") {
+            return Ok(Format::VtkLegacy);
+        }
+        if head.trim_ascii_start().starts_with(b"<") {
+            let root = head.windows(8).any(|w| w == b"<VTKFile");
+            return if root {
+                Ok(Format::VtkXml)
+            } else {
+                refuse("this is not a VTK XML file: there is no <VTKFile> element")
+            };
+        }
+        if head.starts_with(b"\x89HDF") {
+            return refuse("this is an HDF5 file; save it as .vtu");
+        }
+        if head.starts_with(b"$MeshFormat") {
+            return refuse("this is a Gmsh mesh; save it as .vtu");
+        }
+        if head.starts_with(b"\x1f\x8b") {
+            return refuse("the file is compressed with gzip; decompress it first");
+        }
+        if plot3d::has_extension(extension) {
+            return Ok(Format::Plot3d);
+        }
+        if extension == "vtu" {
+            return refuse("the file does not begin with an XML element as a .vtu file does");
+        }
+        if extension == "vtk" {
+            return refuse(
+                "the file does not begin with '# vtk DataFile' as a legacy .vtk file does",
+            );
+        }
+        for (extensions, what) in NOT_READ {
+            if extensions.contains(&extension) {
+                return refuse(&format!(".{extension} is not read: it is {what}"));
+            }
+        }
+        refuse("this is not a mesh in a format that is read")
+    }
+}
+
+/// The promises of [`read_mesh`]. Readers refuse what they can say more about;
+/// this is the last word.
+pub(crate) fn check(path: &Path, data: &MeshData) -> Result<(), Error> {
+    let refuse = |at: String, what: String| Error::Format {
+        path: path.to_owned(),
+        at,
+        what,
+        help: None,
+    };
+    let cells = &data.cells;
+    let point_count = data.points.len();
+    let cell_count = cells.types.len();
+    if cell_count == 0 {
+        return Err(refuse("the cells".into(), "the mesh has no cells".into()));
+    }
+    if cells.offsets.len() != cell_count + 1
+        || cells.offsets.first() != Some(&0)
+        || cells.offsets.last() != Some(&(cells.connectivity.len() as u64))
+    {
+        return Err(refuse(
+            "array 'offsets'".into(),
+            format!(
+                "the offsets of {cell_count} cells do not cover the connectivity of {} points",
+                cells.connectivity.len()
+            ),
+        ));
+    }
+    for (cell, (&kind, range)) in cells.types.iter().zip(cells.offsets.windows(2)).enumerate() {
+        if range[0] > range[1] {
+            return Err(refuse(
+                format!("cell {cell}"),
+                format!(
+                    "the cell ends at {} before it begins at {}",
+                    range[1], range[0]
+                ),
+            ));
+        }
+        let used = &cells.connectivity[range[0] as usize..range[1] as usize];
+        if let Some(needed) = points_of(kind)
+            && used.len() != needed
+        {
+            return Err(refuse(
+                format!("cell {cell}"),
+                format!(
+                    "a cell of VTK type {kind} needs {needed} points, this one has {}",
+                    used.len()
+                ),
+            ));
+        }
+        for &point in used {
+            let Some(position) = usize::try_from(point).ok().and_then(|p| data.points.get(p))
+            else {
+                return Err(refuse(
+                    format!("cell {cell}"),
+                    format!(
+                        "the cell uses point {point}, but the mesh has points 0 to {}",
+                        point_count as i64 - 1
+                    ),
+                ));
+            };
+            if !position.is_finite() {
+                return Err(refuse(
+                    format!("cell {cell}"),
+                    format!(
+                        "its point {point} is at ({}, {}, {})",
+                        position.x, position.y, position.z
+                    ),
+                ));
+            }
+        }
+    }
+    for field in &data.fields {
+        let (needed, things) = match field.association {
+            Association::Point => (point_count, "points"),
+            Association::Cell => (cell_count, "cells"),
+        };
+        if field.values.len() != needed {
+            return Err(refuse(
+                format!("array '{}'", field.name),
+                format!("{} values for {needed} {things}", field.values.len()),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Points of a cell of fixed size, by VTK's number of its type.
+fn points_of(kind: u8) -> Option<usize> {
+    Some(match kind {
+        1 => 1,
+        3 => 2,
+        5 => 3,
+        8..=10 => 4,
+        11 | 12 => 8,
+        13 => 6,
+        14 => 5,
+        15 => 10,
+        16 => 12,
+        21 => 3,
+        22 => 6,
+        23 => 8,
+        24 => 10,
+        25 => 20,
+        26 => 15,
+        27 => 13,
+        28 => 9,
+        29 => 27,
+        30 => 6,
+        31 => 12,
+        32 => 18,
+        33 => 24,
+        34 => 7,
+        37 => 19,
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,104 @@
+//! A file's bytes, and errors that say where in it.
+
+use std::path::{Path, PathBuf};
+
+use tetrascope_core::Error;
+
+/// A file in memory.
+pub(crate) struct Source {
+    pub(crate) path: PathBuf,
+    pub(crate) bytes: Vec<u8>,
+}
+
+impl Source {
+    /// Reads the whole file; an empty one is an error.
+    pub(crate) fn open(path: &Path) -> Result<Source, Error> {
+        let io = |action| {
+            move |source| Error::Io {
+                action,
+                path: path.to_owned(),
+                source,
+            }
+        };
+        let metadata = std::fs::metadata(path).map_err(io("cannot open"))?;
+        if !metadata.is_file() {
+            return Err(Error::Io {
+                action: "cannot read",
+                path: path.to_owned(),
+                source: std::io::Error::other("it is not a regular file"),
+            });
+        }
+        let bytes = std::fs::read(path).map_err(io("cannot read"))?;
+        let source = Source {
+            path: path.to_owned(),
+            bytes,
+        };
+        if source.bytes.is_empty() {
+            return Err(source.error("byte 0", "the file is empty"));
+        }
+        Ok(source)
+    }
+
+    /// An error at a place in this file.
+    pub(crate) fn error(&self, at: impl Into<String>, what: impl Into<String>) -> Error {
+        Error::Format {
+            path: self.path.clone(),
+            at: at.into(),
+            what: what.into(),
+            help: None,
+        }
+    }
+
+    /// The same with something to try.
+    pub(crate) fn error_with_help(
+        &self,
+        at: impl Into<String>,
+        what: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Error {
+        Error::Format {
+            path: self.path.clone(),
+            at: at.into(),
+            what: what.into(),
+            help: Some(help.into()),
+        }
+    }
+}
+
+/// Byte order of the numbers in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Endian {
+    Little,
+    Big,
+}
+
+impl Endian {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Endian::Little => "little-endian",
+            Endian::Big => "big-endian",
+        }
+    }
+}
+
+/// Defines readers of one number from the `size` bytes of a slice.
+macro_rules! numbers {
+    ($($name:ident: $type:ty),*) => {
+        impl Endian {
+            $(pub(crate) fn $name(self, bytes: &[u8]) -> $type {
+                let array = bytes.try_into().expect("the caller cuts the bytes to size");
+                match self {
+                    Endian::Little => <$type>::from_le_bytes(array),
+                    Endian::Big => <$type>::from_be_bytes(array),
+                }
+            })*
+        }
+    };
+}
+numbers!(i32: i32, f32: f32, f64: f64);
+
+/// "1 cell", "2 cells".
+pub(crate) fn count(number: u64, thing: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {thing}{plural}")
+}
