@@ -18,7 +18,6 @@ pub(crate) enum Split {
     Five,
     /// Kuhn's: a tetrahedron for each order of the axes, all around the diagonal
     /// from (0, 0, 0) to (1, 1, 1); the same in every cube.
-    #[cfg_attr(not(test), expect(dead_code, reason = "the heat sink, next, uses it"))]
     Six,
 }
 
@@ -96,6 +95,27 @@ impl Lattice {
         points
     }
 
+    /// The points that `tetrahedra` use, increasing; the tetrahedra are renumbered
+    /// to be indices into them.
+    pub(crate) fn used(&self, tetrahedra: &mut [[u32; 4]]) -> Vec<u32> {
+        let count: usize = self.axes.iter().map(Vec::len).product();
+        let mut renumbered = vec![0u32; count];
+        for &p in tetrahedra.iter().flatten() {
+            renumbered[p as usize] = 1;
+        }
+        let mut used = Vec::new();
+        for (p, new) in renumbered.iter_mut().enumerate() {
+            if *new == 1 {
+                *new = used.len() as u32;
+                used.push(p as u32);
+            }
+        }
+        for p in tetrahedra.iter_mut().flatten() {
+            *p = renumbered[*p as usize];
+        }
+        used
+    }
+
     /// The tetrahedra of all cubes.
     pub(crate) fn tetrahedra(&self, split: Split) -> Vec<[u32; 4]> {
         self.tetrahedra_where(split, |_| true)
@@ -130,11 +150,15 @@ impl Lattice {
 /// Cubes along each axis of a nearly cubic lattice whose tetrahedra come nearest
 /// to `cells`; the axes differ by one at most.
 pub(crate) fn nearest_dimensions(cells: u64, split: Split) -> [usize; 3] {
-    let n = ((cells / split.cells()) as f64).cbrt() as u64;
-    let candidates =
-        (n.max(2) - 1..n + 2).flat_map(|n| [[n, n, n], [n + 1, n, n], [n + 1, n + 1, n]]);
-    candidates
-        .min_by_key(|d| cells.abs_diff(split.cells() * d.iter().product::<u64>()))
+    nearest_factors(cells, split.cells())
+}
+
+/// Three nearly equal factors whose product times `unit` comes nearest to `target`.
+pub(crate) fn nearest_factors(target: u64, unit: u64) -> [usize; 3] {
+    let n = ((target / unit) as f64).cbrt() as u64;
+    (n.max(2) - 1..n + 2)
+        .flat_map(|n| [[n, n, n], [n + 1, n, n], [n + 1, n + 1, n]])
+        .min_by_key(|d| target.abs_diff(unit * d.iter().product::<u64>()))
         .expect("there are candidates")
         .map(|n| n as usize)
 }

@@ -18,7 +18,12 @@
 
 mod lattice;
 
+mod graded;
+mod heat_sink;
+mod orbital;
 mod sphere;
+mod staircase;
+mod torus;
 
 #[cfg(test)]
 mod checks;
@@ -68,7 +73,14 @@ struct Look {
     knots: Vec<Knot>,
 }
 
-const ALL: &[Dataset] = &[sphere::DATASET];
+const ALL: &[Dataset] = &[
+    sphere::DATASET,
+    orbital::DATASET,
+    heat_sink::DATASET,
+    staircase::DATASET,
+    torus::DATASET,
+    graded::DATASET,
+];
 
 /// Every data set.
 pub fn all() -> &'static [Dataset] {

@@ -1,0 +1,101 @@
+//! Prakash and Manohar's staircase: 23 hexahedra of one scalar.
+//!
+//! Of it, the paper says only this (section 6.2): it contains 23 cells, is a
+//! regular grid, and "all the vertices have the same scalar value". The rest is
+//! our reconstruction, a staircase around a corner: on a floor of 3 × 3 cells
+//! stand columns of 4 − max(i, j) cells, which are 4 + 3 · 3 + 5 · 2 = 23.
+
+use tetrascope_core::mesh::Association;
+use tetrascope_core::{CameraFit, Error, Scalars, TetMesh};
+
+use crate::lattice::{Lattice, Split, nearest_factors};
+use crate::{Dataset, Look, MOST_CELLS, knot};
+
+pub(crate) const DATASET: Dataset = Dataset {
+    name: "staircase",
+    about: "23 cubes of one scalar, non-convex; sizes count cubes, of six tetrahedra each",
+    paper: "Prakash, Manohar 1995, section 6.2 (cells and scalar; the shape is a reconstruction)",
+    default_cells: 23,
+    max_cells: MOST_CELLS / 6,
+    seeded: false,
+    make,
+    look,
+};
+
+/// Cells along each axis of the box around the stairs.
+const SIZE: [usize; 3] = [3, 3, 4];
+
+fn make(cells: u64, _seed: u64) -> Result<TetMesh, Error> {
+    // Parts of a cell along each axis.
+    let parts = nearest_factors(cells, 23);
+    let axis = |a: usize| {
+        (0..=SIZE[a] * parts[a])
+            .map(|i| i as f64 / parts[a] as f64)
+            .collect()
+    };
+    let lattice = Lattice {
+        axes: [axis(0), axis(1), axis(2)],
+    };
+    let inside = |cube: [usize; 3]| {
+        let [i, j, k] = [0, 1, 2].map(|a| cube[a] / parts[a]);
+        k < 4 - i.max(j)
+    };
+    let mut tetrahedra = lattice.tetrahedra_where(Split::Six, inside);
+    let used = lattice.used(&mut tetrahedra);
+    let points = lattice.points();
+    let points: Vec<_> = used.iter().map(|&p| points[p as usize]).collect();
+    let scalars = Scalars {
+        name: "scalar".into(),
+        association: Association::Point,
+        values: vec![1.0; points.len()],
+    };
+    TetMesh::from_tetrahedra(points, tetrahedra, scalars)
+}
+
+/// One color; a cell's edge takes away nearly half of the light.
+fn look() -> Look {
+    Look {
+        fit: CameraFit::PlusIso,
+        knots: vec![knot(1.0, [0.95, 0.62, 0.18], 0.6)],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Options, checks};
+
+    fn mesh(cells: Option<u64>) -> TetMesh {
+        DATASET.mesh(&Options { cells, seed: None }).expect("valid")
+    }
+
+    #[test]
+    fn there_are_23_cells_of_one_scalar() {
+        let mesh = mesh(None);
+        assert_eq!(mesh.cell_count(), 6 * 23);
+        assert_eq!(mesh.scalar_range(), Some((1.0, 1.0)));
+        // Unit cubes; sixths round.
+        assert!((checks::volume(&mesh) - 23.0).abs() < 1e-13);
+    }
+
+    // From above, below and the two walls it is 3 × 3, 3 × 3 and twice
+    // 4 + 3 + 2 = 9, and as much from the opposite sides: stairs hide nothing.
+    #[test]
+    fn the_surface_is_that_of_stairs() {
+        for cells in [23, 23 * 8, 23 * 12, 23 * 64] {
+            let mesh = mesh(Some(cells));
+            checks::conforms(&mesh);
+            checks::positive(&mesh);
+            let area: f64 = checks::boundary(&mesh)
+                .iter()
+                .map(|f| {
+                    let [a, b, c] = f.map(|p| mesh.points()[p as usize]);
+                    (b - a).cross(c - a).length() / 2.0
+                })
+                .sum();
+            assert!((area - 54.0).abs() < 1e-10, "{area}");
+            assert!((checks::volume(&mesh) - 23.0).abs() < 1e-10);
+            assert_eq!(mesh.cell_count() as u64, 6 * cells);
+        }
+    }
+}
