@@ -1,0 +1,266 @@
+//! One cell against rays: which faces a ray crosses, where, and at which scalars.
+
+use tetrascope_core::glam::{DVec2, DVec3};
+
+use crate::predicate::edge_sign;
+
+/// A cell in a [`RayFrame`](crate::frame::RayFrame), vertices by increasing index.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cell {
+    x: [f64; 4],
+    y: [f64; 4],
+    z: [f64; 4],
+    /// What a ray's position is multiplied with before it is subtracted: z, or 1
+    /// in an orthographic view.
+    shear: [f64; 4],
+    scalars: [f64; 4],
+    /// A bound on the length of edges.
+    diameter: f64,
+}
+
+/// What a ray has in common with a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Crossing {
+    /// Where it enters and leaves; z_in ≤ z_out.
+    pub(crate) z_in: f64,
+    pub(crate) z_out: f64,
+    /// The scalars there.
+    pub(crate) scalar_in: f64,
+    pub(crate) scalar_out: f64,
+    /// The sum over both faces of the diameter over twice the area that a face
+    /// shows to the ray: how strongly its barycentric coordinates react to a
+    /// shift of the ray.
+    pub(crate) sensitivity: f64,
+}
+
+/// The edges (i, j) of vertices, i < j, in the order of the arrays below.
+const EDGES: [(usize, usize); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
+
+/// A face (i, j, k), i < j < k, by its vertices and its edges (i, j), (i, k), (j, k).
+const FACES: [([usize; 3], [usize; 3]); 4] = [
+    ([0, 1, 2], [0, 1, 3]),
+    ([0, 1, 3], [0, 2, 4]),
+    ([0, 2, 3], [1, 2, 5]),
+    ([1, 2, 3], [3, 4, 5]),
+];
+
+impl Cell {
+    pub(crate) fn new(vertices: [DVec3; 4], scalars: [f64; 4], perspective: bool) -> Cell {
+        let z = vertices.map(|v| v.z);
+        let min = vertices.iter().fold(DVec3::INFINITY, |m, v| m.min(*v));
+        let max = vertices.iter().fold(DVec3::NEG_INFINITY, |m, v| m.max(*v));
+        Cell {
+            x: vertices.map(|v| v.x),
+            y: vertices.map(|v| v.y),
+            z,
+            shear: if perspective { z } else { [1.0; 4] },
+            scalars,
+            diameter: (max - min).length(),
+        }
+    }
+
+    /// The least and greatest z.
+    pub(crate) fn z_range(&self) -> (f64, f64) {
+        range(&self.z)
+    }
+
+    /// The least and greatest scalar, of those that are numbers.
+    pub(crate) fn scalar_range(&self) -> (f64, f64) {
+        range(&self.scalars)
+    }
+
+    /// A box in the image plane around all rays that meet the cell before the
+    /// eye, up to a relative rounding of 4ε; `None` if it reaches to infinity.
+    pub(crate) fn outline(&self) -> Option<(DVec2, DVec2)> {
+        if range(&self.shear).0 <= 0.0 {
+            return None; // some vertex is behind the eye
+        }
+        let at = |i: usize| DVec2::new(self.x[i], self.y[i]) / self.shear[i];
+        let [a, b, c, d] = [at(0), at(1), at(2), at(3)];
+        let (min, max) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+        (min.is_finite() && max.is_finite()).then_some((min, max))
+    }
+
+    /// The vertices' distances above the rays at `y`.
+    #[inline]
+    pub(crate) fn above(&self, y: f64) -> [f64; 4] {
+        std::array::from_fn(|i| self.y[i] - y * self.shear[i])
+    }
+
+    /// Calls `found` with the lane and the crossing of each of `N` rays at `xs`
+    /// that meets the cell's whole line; `above` is for their common y.
+    #[inline]
+    pub(crate) fn cross<const N: usize>(
+        &self,
+        above: &[f64; 4],
+        xs: &[f64; N],
+        mut found: impl FnMut(usize, Crossing),
+    ) {
+        // Sheared vertices, then twice the signed areas that edges span with the ray.
+        let beside: [[f64; N]; 4] =
+            std::array::from_fn(|i| xs.map(|x| self.x[i] - x * self.shear[i]));
+        let areas: [[f64; N]; 6] = EDGES.map(|(i, j)| {
+            std::array::from_fn(|lane| beside[i][lane] * above[j] - above[i] * beside[j][lane])
+        });
+        // Sign bits: a face is crossed where (i, j), (j, k) and (k, i) agree. The
+        // difference of two rounded products has the sign of their comparison; 0 is a tie.
+        let mut crossed = [[0u64; N]; 4];
+        for (face, (_, [ij, ik, jk])) in FACES.iter().enumerate() {
+            for lane in 0..N {
+                let [ij, ik, jk] = [ij, ik, jk].map(|&edge| areas[edge][lane].to_bits());
+                crossed[face][lane] = !(ij ^ jk) & (ij ^ ik);
+            }
+        }
+        for lane in 0..N {
+            let tie = areas.iter().any(|area| area[lane] == 0.0);
+            let faces = if tie {
+                let at = |i: usize| [beside[i][lane], above[i]];
+                faces_at(EDGES.map(|(i, j)| edge_sign(at(i), at(j))))
+            } else {
+                crossed.map(|face| face[lane] >> 63 == 1)
+            };
+            if faces.contains(&true) {
+                found(lane, self.crossing(faces, areas.map(|area| area[lane])));
+            }
+        }
+    }
+
+    /// Where a ray that crosses `faces` meets them.
+    #[inline]
+    fn crossing(&self, faces: [bool; 4], areas: [f64; 6]) -> Crossing {
+        // Exactly two are crossed: see `predicate`.
+        let first = faces.iter().position(|f| *f).unwrap_or(0);
+        let second = faces.iter().rposition(|f| *f).unwrap_or(0);
+        let (a, b) = (self.meet(first, &areas), self.meet(second, &areas));
+        let (entry, exit) = if a.0 <= b.0 { (a, b) } else { (b, a) };
+        Crossing {
+            z_in: entry.0,
+            z_out: exit.0,
+            scalar_in: entry.1,
+            scalar_out: exit.1,
+            sensitivity: self.diameter * (a.2 + b.2),
+        }
+    }
+
+    /// z, scalar and one over the shown area where a ray meets a face.
+    ///
+    /// Convex weights: neither can leave the range of the face's vertices, however
+    /// thin the cell. Both cells of a face do the same operations on the same bits.
+    #[inline]
+    fn meet(&self, face: usize, areas: &[f64; 6]) -> (f64, f64, f64) {
+        let ([i, j, k], [ij, ik, jk]) = FACES[face];
+        let (wi, wj, wk) = (areas[jk].abs(), areas[ik].abs(), areas[ij].abs());
+        let sum = wi + wj + wk;
+        if sum == 0.0 {
+            // Edge-on to the last bit: any point of it is as good.
+            return (self.z[i], self.scalars[i], f64::INFINITY);
+        }
+        let inverse = 1.0 / sum;
+        let mean = |values: &[f64; 4]| {
+            let (vi, vj, vk) = (values[i], values[j], values[k]);
+            let mean = (wi * vi + wj * vj + wk * vk) * inverse;
+            // Rounding alone could take it out, and a constant must stay one. A NaN stays too.
+            if mean < vi.min(vj).min(vk) {
+                vi.min(vj).min(vk)
+            } else if mean > vi.max(vj).max(vk) {
+                vi.max(vj).max(vk)
+            } else {
+                mean
+            }
+        };
+        (mean(&self.z), mean(&self.scalars), inverse)
+    }
+}
+
+/// The least and greatest of four numbers; a NaN is passed over.
+fn range(values: &[f64; 4]) -> (f64, f64) {
+    let [a, b, c, d] = *values;
+    (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)))
+}
+
+/// Which faces a ray crosses, given the signs of the edges.
+fn faces_at(signs: [i32; 6]) -> [bool; 4] {
+    FACES.map(|(_, [ij, ik, jk])| {
+        signs[ij] != 0 && signs[ij] == signs[jk] && signs[ij] == -signs[ik]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit() -> Cell {
+        let vertices = [
+            DVec3::new(0.0, 0.0, 1.0),
+            DVec3::new(1.0, 0.0, 1.0),
+            DVec3::new(0.0, 1.0, 1.0),
+            DVec3::new(0.0, 0.0, 2.0),
+        ];
+        Cell::new(vertices, [1.0, 2.0, 3.0, 5.0], false)
+    }
+
+    fn crossings<const N: usize>(cell: &Cell, y: f64, xs: [f64; N]) -> Vec<(usize, Crossing)> {
+        let mut all = Vec::new();
+        cell.cross(&cell.above(y), &xs, |lane, crossing| {
+            all.push((lane, crossing))
+        });
+        all
+    }
+
+    // In the reference cell the ray at (x, y) has the length 1 − x − y, and the
+    // scalar 1 + x + 2 y + 4 (z − 1).
+    #[test]
+    fn lengths_and_scalars_in_the_reference_cell() {
+        let xs = [0.125, 0.5, 0.7, -0.1];
+        let found = crossings(&unit(), 0.25, xs);
+        assert_eq!(found.len(), 3, "{found:?}");
+        for (lane, crossing) in found {
+            let (x, y) = (xs[lane], 0.25);
+            let length = 1.0 - x - y;
+            assert!((crossing.z_in - 1.0).abs() < 1e-15);
+            assert!((crossing.z_out - crossing.z_in - length).abs() < 1e-15);
+            assert!((crossing.scalar_in - (1.0 + x + 2.0 * y)).abs() < 1e-15);
+            assert!((crossing.scalar_out - crossing.scalar_in - 4.0 * length).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn lanes_do_not_matter() {
+        let xs: [f64; 16] = std::array::from_fn(|i| i as f64 / 16.0);
+        let together = crossings(&unit(), 0.25, xs);
+        let alone = xs.iter().enumerate().flat_map(|(lane, &x)| {
+            let found = crossings(&unit(), 0.25, [x]);
+            found.into_iter().map(move |(_, crossing)| (lane, crossing))
+        });
+        assert_eq!(together, alone.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_face_seen_edge_on_and_a_flat_cell_do_no_harm() {
+        // x = 0 lies in a face of the cell, which the shifted ray passes inside.
+        let found = crossings(&unit(), 0.25, [0.0]);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].1.z_out - 1.75).abs() < 1e-15);
+        let mut flat = unit();
+        flat.z = [1.0; 4];
+        let flat = Cell::new(
+            std::array::from_fn(|i| DVec3::new(flat.x[i], flat.y[i], 1.0)),
+            flat.scalars,
+            false,
+        );
+        for (_, crossing) in crossings(&flat, 0.25, [0.0, 0.1, 0.2]) {
+            assert_eq!(crossing.z_in, crossing.z_out);
+        }
+    }
+
+    #[test]
+    fn a_scalar_that_is_no_number_spoils_every_crossing() {
+        let mut cell = unit();
+        for vertex in 0..4 {
+            cell.scalars = [1.0; 4];
+            cell.scalars[vertex] = f64::NAN;
+            let (_, crossing) = crossings(&cell, 0.25, [0.25])[0];
+            assert!(crossing.scalar_in.is_nan() || crossing.scalar_out.is_nan());
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! One ray: its crossings sorted, checked and integrated.
+
+use tetrascope_core::optics::{RayIntegral, Segment};
+use tetrascope_core::{Appearance, OpticalModel};
+
+use crate::bound::Steepness;
+
+/// What one cell contributes to a ray, before the eye.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry {
+    pub(crate) z_in: f64,
+    pub(crate) z_out: f64,
+    pub(crate) scalar_in: f64,
+    pub(crate) scalar_out: f64,
+    /// The mesh's index.
+    pub(crate) cell: u32,
+    /// How far both z may be off together, frame units.
+    pub(crate) blur: f32,
+}
+
+/// A ray's result.
+#[derive(Clone, Debug)]
+pub(crate) struct Outcome {
+    /// Premultiplied linear RGBA.
+    pub(crate) pixel: [f64; 4],
+    pub(crate) light: [f64; 3],
+    pub(crate) optical_depth: f64,
+    pub(crate) error: f64,
+    pub(crate) consistency: Consistency,
+}
+
+/// Whether a ray's segments lie end to end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Consistency {
+    /// Cells overlap by more than rounding.
+    pub overlap: bool,
+    /// There is a gap that is wider than rounding, yet so thin that it must come from
+    /// positions that were rounded before: less than 2⁻²⁰ of the distance to the
+    /// farthest vertex. A wider gap is a hole of the mesh.
+    pub crack: bool,
+}
+
+/// Gaps below this share of the frame's unit are cracks: positions that went through
+/// f32 are off by 2⁻²⁴ each.
+const CRACK: f64 = 1.0 / (1 << 20) as f64;
+
+/// Behind this optical depth T is below 2e-28 and no bit of a sum near 1 changes.
+const OPAQUE: f64 = 64.0;
+
+/// Sorts the entries of a ray front to back.
+///
+/// The order is total, so that it depends on nothing but the mesh. A segment
+/// without length comes before the one that starts where it is.
+pub(crate) fn sort(entries: &mut [Entry]) {
+    entries.sort_unstable_by(|a, b| {
+        let z_in = a.z_in.total_cmp(&b.z_in);
+        z_in.then_with(|| a.z_out.total_cmp(&b.z_out))
+            .then_with(|| a.cell.cmp(&b.cell))
+    });
+}
+
+/// Integrates sorted entries.
+///
+/// `geometric` bounds the error that wrong crossings make; `length_per_z` is in
+/// world units; the background is premultiplied.
+pub(crate) fn integrate(
+    entries: &[Entry],
+    geometric: f64,
+    length_per_z: f64,
+    appearance: &Appearance,
+    steepness: &Steepness,
+    background: [f64; 4],
+) -> Outcome {
+    let model = appearance.optical_model;
+    let mut integral = RayIntegral::new(&appearance.transfer_function, model);
+    let mut consistency = Consistency::default();
+    let mut loose = 0.0; // z by which ends that nobody shares may be off
+    let mut last: Option<Entry> = None;
+    let mut opaque = false;
+    for entry in entries {
+        let segment = Segment {
+            front: entry.scalar_in,
+            back: entry.scalar_out,
+            length: (entry.z_out - entry.z_in) * length_per_z,
+        };
+        if !opaque {
+            integral.add(&segment);
+            opaque = model == OpticalModel::EmissionAbsorption && integral.optical_depth() > OPAQUE;
+        }
+        let shared = last.is_some_and(|l| l.z_out == entry.z_in && l.scalar_out == entry.scalar_in);
+        if !shared {
+            let before = last.map_or(0.0, |l| f64::from(l.blur));
+            let blur = before + f64::from(entry.blur);
+            loose += blur;
+            if let Some(last) = last {
+                let gap = entry.z_in - last.z_out;
+                consistency.overlap |= gap < -blur;
+                consistency.crack |= gap > blur && gap < CRACK;
+            }
+        }
+        // Where cells overlap, the farthest end is what the next must meet.
+        if last.is_none_or(|l| entry.z_out >= l.z_out) {
+            last = Some(*entry);
+        }
+    }
+    loose += last.map_or(0.0, |l| f64::from(l.blur));
+    let pixel = integral.over(background);
+    let light = integral.light();
+    let error = geometric
+        + steepness.of_boundary(loose, length_per_z)
+        + steepness.of_integration(entries.len(), integral.optical_depth(), light.max_element())
+        + if opaque {
+            1e-27 * steepness.brightest()
+        } else {
+            0.0
+        };
+    Outcome {
+        pixel,
+        light: light.to_array(),
+        optical_depth: integral.optical_depth(),
+        error,
+        consistency,
+    }
+}

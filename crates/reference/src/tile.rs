@@ -1,0 +1,247 @@
+//! A square of pixels: its cells from the BVH, their crossings, its pixels.
+
+use std::ops::Range;
+
+use tetrascope_core::glam::{DVec2, DVec3};
+use tetrascope_core::mesh::Association;
+use tetrascope_core::{Appearance, TetMesh};
+
+use crate::bound::{CellSteepness, Steepness};
+use crate::cell::{Cell, Crossing};
+use crate::frame::{PixelGrid, RayFrame};
+use crate::geometry::Geometry;
+use crate::ray::{self, Entry, Outcome};
+
+/// Pixels a side. Measured on the Blunt Fin at 512×512.
+pub(crate) const SIDE: usize = 16;
+
+/// Rays that one cell is tested against at once.
+const LANES: usize = 4;
+
+/// All that tiles of one image share.
+pub(crate) struct Scene<'a> {
+    pub(crate) mesh: &'a TetMesh,
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) appearance: &'a Appearance,
+    pub(crate) steepness: Steepness<'a>,
+    pub(crate) frame: RayFrame,
+    pub(crate) background: [f64; 4],
+}
+
+impl Scene<'_> {
+    /// The cell at `index` of the BVH's order, given its vertices.
+    pub(crate) fn cell(&self, index: usize, position: impl Fn(u32) -> DVec3) -> Cell {
+        let vertices = self.geometry.cells[index];
+        let scalars = self.mesh.scalars();
+        let scalars = match scalars.association {
+            Association::Point => vertices.map(|v| scalars.values[v as usize]),
+            Association::Cell => self.mesh.cell_scalars(self.geometry.ids[index] as usize),
+        };
+        Cell::new(vertices.map(position), scalars, self.frame.perspective)
+    }
+
+    /// The part of a crossing before the eye, with its bound of the error added to `error`.
+    #[inline]
+    pub(crate) fn entry(
+        &self,
+        crossing: Crossing,
+        cell: u32,
+        steepness: &CellSteepness,
+        length_per_z: f64,
+        error: &mut f64,
+    ) -> Option<Entry> {
+        let mut crossing = crossing;
+        if crossing.z_out <= 0.0 || crossing.z_in == crossing.z_out {
+            return None;
+        }
+        let blur = steepness.blur(&crossing, length_per_z / self.frame.scale);
+        if crossing.z_in < 0.0 {
+            // The eye is inside: a convex combination again.
+            let (near, far) = (-crossing.z_in, crossing.z_out);
+            crossing.scalar_in =
+                (far * crossing.scalar_in + near * crossing.scalar_out) / (near + far);
+            crossing.z_in = 0.0;
+        }
+        let more = steepness.error(&crossing, blur, length_per_z, self.appearance.optical_model);
+        self.steepness.accumulate(error, more);
+        Some(Entry {
+            z_in: crossing.z_in,
+            z_out: crossing.z_out,
+            scalar_in: crossing.scalar_in,
+            scalar_out: crossing.scalar_out,
+            cell,
+            blur: blur.0 as f32,
+        })
+    }
+}
+
+/// A cell whose outline meets the tile.
+struct Candidate {
+    cell: Cell,
+    id: u32,
+    nearest: f64,
+    /// Within the tile.
+    columns: Range<usize>,
+    rows: Range<usize>,
+}
+
+/// Memory that one tile leaves to the next.
+#[derive(Default)]
+pub(crate) struct Workspace {
+    stack: Vec<u32>,
+    candidates: Vec<Candidate>,
+    /// Each pixel's.
+    entries: Vec<Vec<Entry>>,
+    errors: Vec<f64>,
+}
+
+/// Draws the pixels in `columns` × `rows`, at most [`SIDE`] each, row by row.
+pub(crate) fn draw(
+    scene: &Scene,
+    positions: &[DVec3],
+    grid: &PixelGrid,
+    columns: Range<u32>,
+    rows: Range<u32>,
+    workspace: &mut Workspace,
+) -> Vec<(Outcome, usize)> {
+    let (width, height) = (columns.len(), rows.len());
+    find(scene, positions, grid, &columns, &rows, workspace);
+    let Workspace {
+        candidates,
+        entries,
+        errors,
+        ..
+    } = workspace;
+    entries.resize_with(width * height, Vec::new);
+    entries.iter_mut().for_each(Vec::clear);
+    errors.clear();
+    errors.resize(width * height, 0.0);
+
+    // Columns beyond the tile's are computed and dropped.
+    let xs: [f64; SIDE] = std::array::from_fn(|i| grid.x(f64::from(columns.start) + i as f64));
+    let ys: [f64; SIDE] = std::array::from_fn(|i| grid.y(f64::from(rows.start) + i as f64));
+    let length_per_z: Vec<f64> = (0..width * height)
+        .map(|i| {
+            let p = DVec2::new(xs[i % width], ys[i / width]);
+            scene.frame.length_per_z(p)
+        })
+        .collect();
+    for candidate in candidates.iter() {
+        let cell = &candidate.cell;
+        let steepness = scene.steepness.of_cell(cell.scalar_range(), cell.z_range());
+        for row in candidate.rows.clone() {
+            let above = cell.above(ys[row]);
+            let first = candidate.columns.start / LANES * LANES;
+            for start in (first..candidate.columns.end).step_by(LANES) {
+                let lanes: [f64; LANES] = std::array::from_fn(|lane| xs[start + lane]);
+                cell.cross(&above, &lanes, |lane, crossing| {
+                    let column = start + lane;
+                    if column >= width {
+                        return;
+                    }
+                    let pixel = row * width + column;
+                    let entry = scene.entry(
+                        crossing,
+                        candidate.id,
+                        &steepness,
+                        length_per_z[pixel],
+                        &mut errors[pixel],
+                    );
+                    entries[pixel].extend(entry);
+                });
+            }
+        }
+    }
+    let pixels = entries.iter_mut().zip(errors.iter()).zip(&length_per_z);
+    pixels
+        .map(|((entries, &error), &length_per_z)| {
+            ray::sort(entries);
+            let outcome = ray::integrate(
+                entries,
+                error,
+                length_per_z,
+                scene.appearance,
+                &scene.steepness,
+                scene.background,
+            );
+            (outcome, entries.len())
+        })
+        .collect()
+}
+
+/// Collects the cells whose outlines meet the tile, nearest first.
+fn find(
+    scene: &Scene,
+    positions: &[DVec3],
+    grid: &PixelGrid,
+    columns: &Range<u32>,
+    rows: &Range<u32>,
+    workspace: &mut Workspace,
+) {
+    let edge = |a: u32, offset: f64| f64::from(a) + offset;
+    // Rays are at the pixels' centers: this is half a pixel wider.
+    let min = DVec2::new(
+        grid.x(edge(columns.start, -0.5)),
+        grid.y(edge(rows.end, -0.5)),
+    );
+    let max = DVec2::new(
+        grid.x(edge(columns.end, -0.5)),
+        grid.y(edge(rows.start, -0.5)),
+    );
+    let planes = scene.frame.planes(scene.geometry, min, max);
+    let Workspace {
+        stack, candidates, ..
+    } = workspace;
+    candidates.clear();
+    scene.geometry.visit(&planes, stack, |range| {
+        for index in range {
+            let cell = scene.cell(index, |vertex| positions[vertex as usize]);
+            let (nearest, farthest) = cell.z_range();
+            if farthest <= 0.0 {
+                continue;
+            }
+            let (columns, rows) = match cell.outline() {
+                None => (0..columns.len(), 0..rows.len()),
+                Some(outline) => pixels(grid, outline, columns, rows),
+            };
+            if columns.is_empty() || rows.is_empty() {
+                continue;
+            }
+            candidates.push(Candidate {
+                cell,
+                id: scene.geometry.ids[index],
+                nearest,
+                columns,
+                rows,
+            });
+        }
+    });
+    // A total order, whatever the BVH's: the sums of error bounds follow it.
+    candidates.sort_unstable_by(|a, b| {
+        let nearest = a.nearest.total_cmp(&b.nearest);
+        nearest.then_with(|| a.id.cmp(&b.id))
+    });
+}
+
+/// The tile's columns and rows, counted from its first, whose centers may be inside an outline.
+fn pixels(
+    grid: &PixelGrid,
+    (min, max): (DVec2, DVec2),
+    columns: &Range<u32>,
+    rows: &Range<u32>,
+) -> (Range<usize>, Range<usize>) {
+    // The sheared vertices are off by a few ε of the ray's own position, which is
+    // at most half the image's 2¹⁶ pixels: 1e-11 pixels. This is plenty.
+    let margin = 1e-3;
+    let span = |low: f64, high: f64, pixels: &Range<u32>| {
+        // `as` saturates, and the tile's own range is all that is left.
+        let first = (low - margin).ceil().max(f64::from(pixels.start)) as u32;
+        let end = ((high + margin).floor() + 1.0).min(f64::from(pixels.end));
+        let end = end.max(f64::from(first)) as u32;
+        (first - pixels.start) as usize..(end - pixels.start) as usize
+    };
+    (
+        span(grid.column(min.x), grid.column(max.x), columns),
+        span(grid.row(max.y), grid.row(min.y), rows),
+    )
+}

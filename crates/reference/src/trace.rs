@@ -1,0 +1,102 @@
+//! One ray by itself, with all that happens on it.
+
+use tetrascope_core::glam::DVec2;
+use tetrascope_core::{Error, Ray};
+
+use crate::Reference;
+use crate::bound::Steepness;
+use crate::frame::RayFrame;
+use crate::ray::{self, Consistency};
+use crate::tile::Scene;
+
+/// What a ray and a cell have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The mesh's index of the cell.
+    pub cell: usize,
+    /// Where the ray enters, world units from its origin, 0 or more.
+    pub t_in: f64,
+    /// Where it leaves; not before `t_in`.
+    pub t_out: f64,
+    /// The scalar at `t_in`.
+    pub scalar_in: f64,
+    /// The scalar at `t_out`.
+    pub scalar_out: f64,
+}
+
+/// A ray through the volume.
+#[derive(Clone, Debug)]
+pub struct RayTrace {
+    /// Front to back; where the ray is in no cell there is no interval.
+    pub intervals: Vec<Interval>,
+    /// ∫ c σ T dt (T = 1 in `Emission`), or the greatest c in `MaximumIntensity`, linear RGB.
+    pub light: [f64; 3],
+    /// ∫ σ dt, dimensionless; 0 where the model does not absorb. Exact up to 64,
+    /// and a lower bound beyond, where nothing can be seen.
+    pub optical_depth: f64,
+    /// Premultiplied linear RGBA before a transparent background.
+    pub pixel: [f64; 4],
+    /// A bound on the absolute error of `pixel`.
+    pub error_bound: f64,
+    /// Whether the intervals lie end to end.
+    pub consistency: Consistency,
+}
+
+impl Reference {
+    /// Follows one ray, which need not belong to a view.
+    ///
+    /// # Errors
+    /// A ray with a number that is not finite or without a direction, and one
+    /// that starts so far away that distances overflow.
+    pub fn trace(&self, ray: &Ray) -> Result<RayTrace, Error> {
+        let frame = RayFrame::of_ray(ray, &self.geometry)?;
+        let background = [0.0; 4];
+        let p = DVec2::ZERO;
+        let length_per_z = frame.length_per_z(p);
+        let planes = frame.planes(&self.geometry, p, p);
+        let scene = Scene {
+            mesh: &self.mesh,
+            geometry: &self.geometry,
+            appearance: &self.appearance,
+            steepness: Steepness::new(&self.appearance, background),
+            frame,
+            background,
+        };
+        let points = self.mesh.points();
+        let (mut entries, mut error) = (Vec::new(), 0.0);
+        self.geometry.visit(&planes, &mut Vec::new(), |range| {
+            for index in range {
+                let cell = scene.cell(index, |v| scene.frame.position(points[v as usize]));
+                let steepness = scene.steepness.of_cell(cell.scalar_range(), cell.z_range());
+                cell.cross(&cell.above(p.y), &[p.x], |_, crossing| {
+                    let id = self.geometry.ids[index];
+                    entries.extend(scene.entry(crossing, id, &steepness, length_per_z, &mut error));
+                });
+            }
+        });
+        ray::sort(&mut entries);
+        let outcome = ray::integrate(
+            &entries,
+            error,
+            length_per_z,
+            scene.appearance,
+            &scene.steepness,
+            background,
+        );
+        let intervals = entries.iter().map(|entry| Interval {
+            cell: entry.cell as usize,
+            t_in: entry.z_in * length_per_z,
+            t_out: entry.z_out * length_per_z,
+            scalar_in: entry.scalar_in,
+            scalar_out: entry.scalar_out,
+        });
+        Ok(RayTrace {
+            intervals: intervals.collect(),
+            light: outcome.light,
+            optical_depth: outcome.optical_depth,
+            pixel: outcome.pixel,
+            error_bound: outcome.error,
+            consistency: outcome.consistency,
+        })
+    }
+}
