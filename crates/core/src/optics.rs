@@ -54,6 +54,19 @@ pub struct RayIntegral<'a> {
     light: DVec3,
     /// ∫ σ dt.
     optical_depth: CompensatedSum,
+    /// Segments after splitting at knots, for the error bound.
+    pieces: u64,
+}
+
+/// Light, linear RGB, and optical depth of one segment; see [`RayIntegral`].
+pub fn integrate_segment(
+    transfer_function: &TransferFunction,
+    model: OpticalModel,
+    segment: &Segment,
+) -> (DVec3, f64) {
+    let mut ray = RayIntegral::new(transfer_function, model);
+    ray.add(segment);
+    (ray.light(), ray.optical_depth())
 }
 
 impl<'a> RayIntegral<'a> {
@@ -65,6 +78,7 @@ impl<'a> RayIntegral<'a> {
             interval: 0,
             light: DVec3::ZERO,
             optical_depth: CompensatedSum::default(),
+            pieces: 0,
         }
     }
 
@@ -153,6 +167,7 @@ impl<'a> RayIntegral<'a> {
     #[inline]
     fn add_piece(&mut self, clear: bool, ends: [(DVec3, f64); 2], length: f64) {
         let [(front, front_extinction), (back, back_extinction)] = ends;
+        self.pieces += 1;
         if self.model == OpticalModel::MaximumIntensity {
             self.light = self.light.max(front).max(back);
             return;
@@ -192,6 +207,47 @@ impl<'a> RayIntegral<'a> {
     /// ∫ σ dt, dimensionless; 0 where the model does not absorb.
     pub fn optical_depth(&self) -> f64 {
         self.optical_depth.value()
+    }
+
+    /// Whether nothing behind can change the light or the pixel, as T is 0 in f64.
+    pub fn is_opaque(&self) -> bool {
+        self.optical_depth() >= OPAQUE
+    }
+
+    /// A bound on the rounding error of every channel of [`RayIntegral::over`]
+    /// for these very segments and a background of at most 1.
+    ///
+    /// With n pieces after splitting at knots, ε = 2⁻⁵³ and c the greatest color:
+    /// - Extinction is sampled within 4 ε, a piece's length within 4 ε, their
+    ///   product and the trapezoid add 2 ε, the compensated sum 2 ε and the
+    ///   argument of the exponential 2 ε: σ dt is off by η ≤ 14 ε, relative.
+    /// - The light is ∫ c e^(−τ) dτ, so η changes it by at most
+    ///   η c ∫ (1 + τ) e^(−τ) dτ = 2 η c, however many pieces there are, and T by
+    ///   η τ e^(−τ) ≤ η / e.
+    /// - The weights are within 20 ε (measured, `exact_values.csv`), color within
+    ///   4 ε, exponential and products within 6 ε: at most 30 ε c in all, as the
+    ///   weights times T sum to α ≤ 1.
+    /// - The plain sum of n non-negative terms adds at most n ε of itself.
+    ///
+    /// 28 + 30 for the light and 14/e + 2 for T and the background stay below 96.
+    pub fn rounding_bound(&self) -> f64 {
+        const FIXED: f64 = 96.0;
+        let n = self.pieces as f64;
+        let light = self.light.max_element();
+        let relative = 0.5 * f64::EPSILON;
+        match self.model {
+            OpticalModel::EmissionAbsorption => {
+                let color = self
+                    .transfer_function
+                    .max_color(f64::NEG_INFINITY, f64::INFINITY);
+                relative * (n + FIXED) * color.max(1.0)
+            }
+            // No cancellation anywhere: relative to the result.
+            OpticalModel::Emission => relative * (n + FIXED) * light.max(1.0),
+            OpticalModel::Absorption | OpticalModel::MaximumIntensity => {
+                relative * FIXED * light.max(1.0)
+            }
+        }
     }
 
     /// The pixel: premultiplied linear RGBA over a premultiplied `background`.
@@ -253,52 +309,4 @@ impl CompensatedSum {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    // ∫ s^k (a + (b−a) s) exp(−…) ds in closed form for a = b, and by 50-digit quadrature.
-    #[test]
-    fn weights_of_a_few_segments() {
-        let near = |(f, b): (f64, f64), ef: f64, eb: f64| {
-            assert!((f / ef - 1.0).abs() < 1e-14, "{f} {ef}");
-            assert!((b / eb - 1.0).abs() < 1e-14, "{b} {eb}");
-        };
-        // w_f = 1 − (1 − e⁻ᵐ)/m, w_b = (1 − e⁻ᵐ)/m − e⁻ᵐ.
-        for m in [0.5_f64, 1.0, 1.5, 30.0] {
-            let mean = -(-m).exp_m1() / m;
-            near(segment_weights(m, m), 1.0 - mean, mean - (-m).exp());
-        }
-        assert_eq!(segment_weights(0.0, 0.0), (0.0, 0.0));
-        assert_eq!(segment_weights(f64::MAX, f64::MAX), (1.0, 0.0));
-        near(
-            segment_weights(0.01, 0.0),
-            0.0033266761799037926,
-            0.0016608446274138941,
-        );
-        near(
-            segment_weights(0.3, 0.7),
-            0.18640963182040282,
-            0.20705970846696373,
-        );
-        near(
-            segment_weights(0.0, 1.9),
-            0.24357551061719976,
-            0.369683465928299,
-        );
-        near(
-            segment_weights(1.9, 0.0),
-            0.4462733847678186,
-            0.1669855917776802,
-        );
-        near(
-            segment_weights(0.0, 3.0),
-            0.3366490541596652,
-            0.440220785691905,
-        );
-        near(
-            segment_weights(4.0, 1.0),
-            0.7054566915177046,
-            0.2124583098583966,
-        );
-    }
-}
+mod tests;

@@ -37,6 +37,8 @@ pub(super) fn weights(a: f64, b: f64, m: f64) -> Weights {
     // b − a: the first omitted terms have degree 8, 12 and 16 in m and d.
     if m <= 1.0 / 32.0 {
         series::<3, 6>(a, b, m)
+    } else if m <= 0.25 {
+        series::<5, 10>(a, b, m)
     } else if m <= SERIES_DEPTH {
         series::<7, 14>(a, b, m)
     } else {
@@ -65,25 +67,31 @@ pub(super) fn weights(a: f64, b: f64, m: f64) -> Weights {
 ///
 /// Q = Σᵢ M²ⁱ/(2i+1)! (2i − Uᵢ),  Uᵢ = D/(2i+3) + D²/((2i+3)(2i+5)) + … = D/(2i+3) (1 + Uᵢ₊₁).
 ///
-/// Both sums are nested (Horner), `ROWS` in M² and `TERMS` ≥ `ROWS` in D. As
-/// |d| ≤ m, |Q| ≤ 2/3 S or so: S ± Q loses at most two bits.
+/// `ROWS` + 1 terms of the sum are kept, and powers of D up to `TERMS`. As
+/// |d| ≤ m, |Q| ≤ S/3 or so: S ± Q loses less than one bit.
 #[inline]
 fn series<const ROWS: usize, const TERMS: usize>(a: f64, b: f64, m: f64) -> Weights {
     let half_d = 0.25 * (b - a);
     let half_m = 0.5 * m;
-    let square = half_m * half_m;
-    let mut u = 0.0;
-    for i in (ROWS + 1..TERMS).rev() {
-        let c = half_d * ODD[i];
-        u = c + c * u;
+    // Two steps of the recurrence at once, so that odd and even Uᵢ are two
+    // chains that a processor runs side by side.
+    let square = half_d * half_d;
+    let mut u = [0.0; MOST_TERMS + 2];
+    for i in (0..TERMS).rev() {
+        let pair = square * (ODD[i] * ODD[i + 1]);
+        u[i] = (half_d * ODD[i] + pair) + pair * u[i + 2];
     }
+    let square = half_m * half_m;
+    // M²ⁱ/(2i+1)!
+    let mut power = [1.0; MOST_TERMS];
+    for i in 0..ROWS {
+        power[i + 1] = power[i] * square * FACTORIAL[i];
+    }
+    // Small terms first.
     let (mut sinh, mut q) = (0.0, 0.0);
     for i in (0..=ROWS).rev() {
-        let c = half_d * ODD[i];
-        u = c + c * u;
-        let step = square * FACTORIAL[i];
-        sinh = 1.0 + step * sinh;
-        q = ((2 * i) as f64 - u) + step * q;
+        sinh += power[i];
+        q += power[i] * ((2 * i) as f64 - u[i]);
     }
     let sinh = half_m * sinh;
     Weights {
@@ -93,9 +101,12 @@ fn series<const ROWS: usize, const TERMS: usize>(a: f64, b: f64, m: f64) -> Weig
     }
 }
 
+/// The greatest `TERMS` of [`series`].
+const MOST_TERMS: usize = 14;
+
 /// 1/(2i+3).
-const ODD: [f64; 16] = {
-    let mut table = [0.0; 16];
+const ODD: [f64; MOST_TERMS + 1] = {
+    let mut table = [0.0; MOST_TERMS + 1];
     let mut i = 0;
     while i < table.len() {
         table[i] = 1.0 / (2 * i + 3) as f64;
@@ -105,8 +116,8 @@ const ODD: [f64; 16] = {
 };
 
 /// 1/((2i+2)(2i+3)), the steps between the factorials of odd numbers.
-const FACTORIAL: [f64; 16] = {
-    let mut table = [0.0; 16];
+const FACTORIAL: [f64; MOST_TERMS + 1] = {
+    let mut table = [0.0; MOST_TERMS + 1];
     let mut i = 0;
     while i < table.len() {
         table[i] = 1.0 / ((2 * i + 2) * (2 * i + 3)) as f64;
