@@ -18,6 +18,7 @@
 
 mod lattice;
 
+mod delaunay;
 mod graded;
 mod heat_sink;
 mod orbital;
@@ -79,6 +80,7 @@ const ALL: &[Dataset] = &[
     heat_sink::DATASET,
     staircase::DATASET,
     torus::DATASET,
+    delaunay::DATASET,
     graded::DATASET,
 ];
 
