@@ -1,1 +1,101 @@
-//! .
+//! Every WGSL program of Tetrascope, as lists of parts.
+//!
+//! A program is a `pub const` that joins files of `wgsl/`: those in `common` have no
+//! entry points, and each other folder belongs to the crate or module of its name.
+//! WGSL takes declarations in any order, so parts need no import mechanism. Variants
+//! are `override` constants, set when a pipeline is made.
+//!
+//! One test parses and validates every program. With the feature `layout`,
+//! [`assert_layout!`] compares the structs on both sides.
+
+#[cfg(feature = "layout")]
+pub mod layout;
+
+/// Joins parts of `wgsl/` into a program.
+macro_rules! program {
+    ($($part:literal),+ $(,)?) => {
+        concat!($(include_str!(concat!("../wgsl/", $part))),+)
+    };
+}
+
+/// The GPU radix sort of `tetrascope-gpu`, one program for each of its passes.
+pub mod sort {
+    /// Pass 1: count the digits of each block.
+    pub const COUNT: &str = program!("sort/digits.wgsl", "sort/count.wgsl");
+    /// Pass 2: where each digit of each block begins.
+    pub const SCAN: &str = program!("sort/digits.wgsl", "sort/scan.wgsl");
+    /// Pass 3: move each pair to its place.
+    pub const SCATTER: &str = program!("sort/digits.wgsl", "sort/scatter.wgsl");
+}
+
+/// The parts in `common`, as programs for their tests.
+pub mod common {
+    /// `optics.wgsl` over many segments at once.
+    pub const PROBE: &str = program!(
+        "common/optics_model.wgsl",
+        "common/transfer_function.wgsl",
+        "common/optics.wgsl",
+        "common/probe.wgsl",
+    );
+}
+
+/// Cell projection (`tetrascope-projection`).
+pub mod projection {
+    /// Pass 1, for models that do not commute: a sort key for each cell.
+    pub const ORDER: &str = program!("projection/frame.wgsl", "projection/order.wgsl");
+    /// Pass 2: draw the cells and blend what each adds.
+    pub const CELL: &str = program!(
+        "projection/frame.wgsl",
+        "common/optics_model.wgsl",
+        "common/transfer_function.wgsl",
+        "common/optics.wgsl",
+        "projection/cell.wgsl",
+    );
+    /// Pass 3: put the sum over the background.
+    pub const RESOLVE: &str = program!("common/optics_model.wgsl", "projection/resolve.wgsl");
+}
+
+/// Every program with its name.
+pub const PROGRAMS: [(&str, &str); 7] = [
+    ("sort::COUNT", sort::COUNT),
+    ("sort::SCAN", sort::SCAN),
+    ("sort::SCATTER", sort::SCATTER),
+    ("common::PROBE", common::PROBE),
+    ("projection::ORDER", projection::ORDER),
+    ("projection::CELL", projection::CELL),
+    ("projection::RESOLVE", projection::RESOLVE),
+];
+
+#[cfg(test)]
+mod tests {
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+    use super::*;
+
+    #[test]
+    fn every_program_is_valid() {
+        for (name, source) in PROGRAMS {
+            let module = naga::front::wgsl::parse_str(source)
+                .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
+            // No capabilities: the programs must run on any WebGPU device.
+            Validator::new(ValidationFlags::all(), Capabilities::empty())
+                .validate(&module)
+                .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
+        }
+    }
+
+    #[test]
+    fn every_file_is_in_a_program() {
+        for folder in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/wgsl"))
+            .expect("the crate has shaders")
+        {
+            let folder = folder.expect("readable").path();
+            for file in std::fs::read_dir(folder).expect("readable") {
+                let path = file.expect("readable").path();
+                let text = std::fs::read_to_string(&path).expect("WGSL is text");
+                let used = PROGRAMS.iter().any(|(_, source)| source.contains(&text));
+                assert!(used, "{} is in no program", path.display());
+            }
+        }
+    }
+}

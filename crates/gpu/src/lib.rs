@@ -2,8 +2,9 @@
 //!
 //! Reading order: [`adapter`] finds a device and makes a [`Gpu`]; [`memory`]
 //! makes buffers and textures that are checked against its limits, and reads
-//! them back; [`normalization`] is the one place where numbers leave f64;
-//! [`timer`] measures a frame on the device; [`sort`] orders keys on it.
+//! them back; [`normalization`] is the one place where numbers leave f64 and
+//! [`transfer_function`] one of its users; [`timer`] measures a frame on the device;
+//! [`sort`] orders keys on it.
 //!
 //! # Failure
 //! A missing adapter, a mesh too large for the device, an exhausted memory and a
@@ -12,16 +13,27 @@
 //!
 //! # Headless Mesa
 //! Only Vulkan, Metal and DirectX 12 are compiled in: wgpu's OpenGL backend prints
-//! an EGL error on machines without a display.
+//! an EGL error on machines without a display. Mesa's device-select layer may still
+//! print "XDG_RUNTIME_DIR is invalid or not set" while adapters are listed, because
+//! wgpu asks for what a Wayland window would need; nothing fails. A program that
+//! starts another with [`QUIET_MESA`] in its environment spares it the message.
 
 pub mod adapter;
 pub mod memory;
 pub mod normalization;
+pub mod sort;
 pub mod testing;
 pub mod timer;
+pub mod transfer_function;
+
+/// The environment variable, with its value, that switches off Mesa's device-select
+/// layer, which looks for a Wayland session.
+pub const QUIET_MESA: (&str, &str) = ("NODEVICE_SELECT", "1");
 
 pub use adapter::{Gpu, GpuOptions, adapters, describe};
 pub use memory::read_back;
 pub use normalization::{Normalization, ScalarMap};
+pub use sort::RadixSort;
 pub use timer::Timer;
+pub use transfer_function::Interval;
 pub use wgpu;

@@ -10,7 +10,7 @@ use tetrascope_core::{Bounds, TransferFunction};
 
 /// Beyond this, extinctions and colors are as good as infinite; sums and products
 /// of a few of them still fit f32.
-const HUGE: f64 = 1e30;
+pub(crate) const HUGE: f64 = 1e30;
 
 /// From world space to normalized space: x ↦ (x − center) / scale.
 #[derive(Clone, Copy, Debug, PartialEq)]

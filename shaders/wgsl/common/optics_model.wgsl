@@ -1,0 +1,22 @@
+// Optics: which model, and what an optical depth means.
+
+// `tetrascope_core::OpticalModel`, in its order.
+const EMISSION_ABSORPTION: u32 = 0u;
+const EMISSION: u32 = 1u;
+const ABSORPTION: u32 = 2u;
+const MAXIMUM_INTENSITY: u32 = 3u;
+override MODEL: u32 = EMISSION_ABSORPTION;
+
+// e^(−m), 0 where f32 has no number so small.
+fn transmittance(m: f32) -> f32 {
+    return exp(-min(m, 100.0));
+}
+
+// 1 − e^(−m) without cancellation: the series' next term, m⁵/720 of m, is under
+// 2⁻¹⁹·m/5⁵ at m = 1/4, and beyond that 1 − e^(−m) keeps all but two bits.
+fn opacity(m: f32) -> f32 {
+    if m < 0.25 {
+        return m * (1.0 - m / 2.0 * (1.0 - m / 3.0 * (1.0 - m / 4.0 * (1.0 - m / 5.0))));
+    }
+    return 1.0 - transmittance(m);
+}

@@ -1,0 +1,35 @@
+// Probe: many segments at once, for testing optics.wgsl against the CPU.
+//
+// With: common/transfer_function.wgsl, common/optics.wgsl
+
+struct Probe {
+    front: f32,
+    back: f32,
+    length: f32,
+}
+
+@group(0) @binding(0) var<storage, read> intervals: array<Interval>;
+@group(0) @binding(1) var<storage, read> probes: array<Probe>;
+@group(0) @binding(2) var<storage, read_write> answers: array<vec4f>;
+// α of each, which `answers` cannot give: 1 − e^(−τ) cancels.
+@group(0) @binding(3) var<storage, read_write> opacities: array<f32>;
+
+fn interval(i: u32) -> Interval {
+    return intervals[i];
+}
+
+fn interval_count() -> u32 {
+    return arrayLength(&intervals);
+}
+
+@compute @workgroup_size(64)
+fn cs_probe(@builtin(global_invocation_id) id: vec3u) {
+    let i = id.x;
+    if i >= arrayLength(&probes) {
+        return;
+    }
+    let probe = probes[i];
+    let sum = integrate(probe.front, probe.back, probe.length);
+    answers[i] = sum;
+    opacities[i] = opacity(sum.w);
+}

@@ -1,0 +1,38 @@
+// Transfer function: the intervals between its knots.
+//
+// The first and the last interval are constant and reach beyond every scalar; a
+// step is a boundary at which neighbors disagree. Scalars are in the unit of
+// `ScalarMap`, extinction is per normalized length.
+// Needs: `fn interval(i: u32) -> Interval` and `fn interval_count() -> u32`.
+
+struct Interval {
+    at_low: vec4f,  // linear RGB and extinction at the lower end, from within
+    at_high: vec4f, // and at the upper end
+    low: f32,
+    high: f32,
+    inverse_width: f32,
+}
+
+// Both weights come from differences of given numbers, so neither end loses digits.
+fn sample_interval(i: Interval, scalar: f32) -> vec4f {
+    let toward_high = saturate((scalar - i.low) * i.inverse_width);
+    let toward_low = saturate((i.high - scalar) * i.inverse_width);
+    return i.at_low * toward_low + i.at_high * toward_high;
+}
+
+// The interval that one enters at `scalar` on the way up, or on the way down.
+fn find_interval(scalar: f32, rising: bool) -> u32 {
+    // How many of the boundaries are below, by bisection.
+    var first = 0u;
+    var last = interval_count() - 1u;
+    while first < last {
+        let middle = (first + last + 1u) / 2u;
+        let boundary = interval(middle).low;
+        if boundary < scalar || (rising && boundary == scalar) {
+            first = middle;
+        } else {
+            last = middle - 1u;
+        }
+    }
+    return first;
+}

@@ -1,0 +1,29 @@
+// Order: a key for each drawn cell, greater nearer to the eye.
+//
+// The distance of the centroid from the eye (perspective) or along the view
+// (orthographic). Of d² = (z + anchor)² + x² + y² only d² − anchor² is kept, which
+// loses no digits when the eye is far, in steps of a 2²⁴th of its range.
+// In:   cells, positions, drawn.
+// Out:  keys and values (cell indices) for the radix sort, back to front.
+// With: projection/frame.wgsl
+
+@group(2) @binding(0) var<storage, read_write> keys: array<u32>;
+@group(2) @binding(1) var<storage, read_write> values: array<u32>;
+
+@compute @workgroup_size(256)
+fn cs_order(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let i = id.y * groups.x * 256u + id.x;
+    if i >= frame.cell_count {
+        return;
+    }
+    let cell = drawn[i];
+    let v = cells[cell];
+    let c = 0.25 * (camera_space(v.x) + camera_space(v.y) + camera_space(v.z) + camera_space(v.w));
+    var near = c.z;
+    if frame.w_per_depth > 0.0 {
+        near = 2.0 * frame.anchor_depth * c.z + dot(c, c);
+    }
+    let key = clamp((frame.far_key - near) * frame.key_scale, 0.0, 16777215.0);
+    keys[i] = u32(key);
+    values[i] = cell;
+}
