@@ -7,17 +7,22 @@
 //! | format | what is read |
 //! |---|---|
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
+//! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; see [`vtu`] |
+//! | `.vtk` | legacy VTK unstructured and structured grids; see [`vtk`] |
 //!
 //! # Hostile files
 //! Files are read to memory and every count in them is checked against the
 //! bytes that are there before anything is allocated by it. What is wrong is an
 //! [`Error::Format`](tetrascope_core::Error::Format) that says what and where.
 
+mod fields;
 pub mod image;
 mod mesh_data;
 pub mod plot3d;
 mod read;
 mod source;
+pub mod vtk;
+pub mod vtu;
 
 pub use image::{encode_exr, encode_npy, encode_png, write_file, write_image};
 pub use mesh_data::MeshData;

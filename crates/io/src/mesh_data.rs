@@ -5,7 +5,8 @@ use tetrascope_core::glam;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Cells, Error, Scalars, TetMesh};
 
-use crate::source::count;
+use crate::fields::{Array, GHOST_LEVELS};
+use crate::source::{Source, count};
 
 /// An unstructured mesh as a file holds it, with all its fields.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -134,6 +135,40 @@ impl MeshData {
         used
     }
 
+    /// Leaves out duplicate and hidden cells and those with a hidden point
+    /// (vtkDataSetAttributes: DUPLICATECELL 1, HIDDENCELL 32, HIDDENPOINT 2).
+    /// Each array of `ghosts` has one value a point or a cell.
+    pub(crate) fn remove_ghosts(&mut self, source: &Source, ghosts: &[Array]) -> Result<(), Error> {
+        let mut keep = vec![true; self.cells.types.len()];
+        for ghost in ghosts {
+            let flags = |index: usize| ghost.values.get(index).map_or(0, |&f| f as u64);
+            let mask = if ghost.name == GHOST_LEVELS {
+                u64::MAX
+            } else {
+                1 | 32
+            };
+            for (cell, keep) in keep.iter_mut().enumerate() {
+                let hidden = match ghost.association {
+                    Association::Cell => flags(cell) & mask != 0,
+                    Association::Point if ghost.name == GHOST_LEVELS => false,
+                    Association::Point => self.cells.connectivity
+                        [self.cells.offsets[cell] as usize..self.cells.offsets[cell + 1] as usize]
+                        .iter()
+                        .any(|&p| flags(p as usize) & 2 != 0),
+                };
+                *keep &= !hidden;
+            }
+        }
+        self.retain_cells(&keep, "they are ghosts (duplicate or hidden)");
+        if self.cells.types.is_empty() {
+            return Err(source.error(
+                "the ghost array",
+                "every cell is marked as duplicate or hidden",
+            ));
+        }
+        Ok(())
+    }
+
     /// Removes the cells for which `keep` is false, with their values, and
     /// notes how many there were and why. `keep` has one entry a cell.
     pub(crate) fn retain_cells(&mut self, keep: &[bool], why: &str) {
@@ -163,6 +198,25 @@ impl MeshData {
         }
         self.notes
             .push(format!("{} left out: {why}", count(removed, "cell")));
+    }
+}
+
+/// One hexahedron between each eight neighboring points of a block whose points
+/// begin at `base`; point (i, j, k) is number i + ni (j + nj k) of the block.
+pub(crate) fn add_hexahedra(cells: &mut Cells, dimensions: [u64; 3], base: u64) {
+    let [ni, nj, nk] = dimensions;
+    for k in 0..nk - 1 {
+        for j in 0..nj - 1 {
+            for i in 0..ni - 1 {
+                let p = base + i + ni * (j + nj * k);
+                // VTK's order: around the face k, then around the face k + 1.
+                let face = [p, p + 1, p + 1 + ni, p + ni];
+                cells.connectivity.extend(face);
+                cells.connectivity.extend(face.map(|p| p + ni * nj));
+                cells.types.push(12); // VTK_HEXAHEDRON
+                cells.offsets.push(cells.connectivity.len() as u64);
+            }
+        }
     }
 }
 

@@ -20,15 +20,13 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use tetrascope_core::glam;
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{Cells, Error, Scalars};
+use tetrascope_core::{Error, Scalars};
 
 use self::layout::{Dimensions, Kind, Layout, describe_blocks, points};
 use crate::MeshData;
+use crate::mesh_data::add_hexahedra;
 use crate::read::check;
 use crate::source::{Source, count};
-
-/// VTK's number for a hexahedron.
-const HEXAHEDRON: u8 = 12;
 
 /// Ratio of specific heats of air.
 const GAMMA: f64 = 1.4;
@@ -124,7 +122,7 @@ fn read_grid(source: &Source) -> Result<(MeshData, Vec<Dimensions>), Error> {
             continue;
         }
         let first = data.cells.types.len();
-        add_hexahedra(&mut data.cells, block.dimensions, base);
+        add_hexahedra(&mut data.cells, block.dimensions.map(u64::from), base);
         if let Some(offset) = block.blanks {
             let blank = |point: u64| {
                 let at = offset + 4 * (point - base) as usize;
@@ -160,25 +158,6 @@ fn read_grid(source: &Source) -> Result<(MeshData, Vec<Dimensions>), Error> {
         return Err(source.error("IBLANK", "every cell of the grid is blanked out"));
     }
     Ok((data, dimensions))
-}
-
-/// One hexahedron between each eight neighboring points of a block whose points
-/// begin at `base`; point (i, j, k) is number i + ni (j + nj k) of the block.
-fn add_hexahedra(cells: &mut Cells, dimensions: Dimensions, base: u64) {
-    let [ni, nj, nk] = dimensions.map(u64::from);
-    for k in 0..nk - 1 {
-        for j in 0..nj - 1 {
-            for i in 0..ni - 1 {
-                let p = base + i + ni * (j + nj * k);
-                // VTK's order: around the face k, then around the face k + 1.
-                let face = [p, p + 1, p + 1 + ni, p + ni];
-                cells.connectivity.extend(face);
-                cells.connectivity.extend(face.map(|p| p + ni * nj));
-                cells.types.push(HEXAHEDRON);
-                cells.offsets.push(cells.connectivity.len() as u64);
-            }
-        }
-    }
 }
 
 /// The fields on a grid of those dimensions.

@@ -6,7 +6,7 @@ use tetrascope_core::Error;
 use tetrascope_core::mesh::Association;
 
 use crate::source::Source;
-use crate::{MeshData, plot3d};
+use crate::{MeshData, plot3d, vtk, vtu};
 
 /// How to read a mesh.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -52,9 +52,8 @@ const NOT_READ: [(&[&str], &str); 8] = [
 /// Reads a mesh with all its fields; the format is told by the file's first
 /// bytes, then by its extension.
 ///
-/// Every cell of the result has as many points as its type needs, all of them
-/// exist and lie at finite coordinates, and every field has one value a point
-/// or a cell.
+/// The points of every cell of the result exist and lie at finite coordinates,
+/// and every field has one value a point or a cell.
 ///
 /// # Errors
 /// [`Error::Io`] when a file cannot be read, [`Error::Format`] when it makes no
@@ -81,9 +80,8 @@ pub fn read_mesh(path: &Path, options: &ReadOptions) -> Result<MeshData, Error> 
             drop(source); // the reader may need the other file of the pair
             plot3d::read(path, options.solution.as_deref())
         }
-        Format::VtkXml | Format::VtkLegacy => {
-            Err(source.error_with_help("byte 0", "VTK files are not read yet", FORMATS))
-        }
+        Format::VtkXml => vtu::read(&source),
+        Format::VtkLegacy => vtk::read(&source),
     }
 }
 
@@ -153,6 +151,15 @@ pub(crate) fn check(path: &Path, data: &MeshData) -> Result<(), Error> {
     let cells = &data.cells;
     let point_count = data.points.len();
     let cell_count = cells.types.len();
+    let polyhedra = cells.types.iter().filter(|&&kind| kind == 42).count();
+    if polyhedra > 0 {
+        return Err(Error::Format {
+            path: path.to_owned(),
+            at: "the cells".into(),
+            what: format!("the mesh has {polyhedra} polyhedra (VTK type 42), which are not read"),
+            help: Some("cut them first, for example with ParaView's Tetrahedralize filter".into()),
+        });
+    }
     if cell_count == 0 {
         return Err(refuse("the cells".into(), "the mesh has no cells".into()));
     }
@@ -168,28 +175,18 @@ pub(crate) fn check(path: &Path, data: &MeshData) -> Result<(), Error> {
             ),
         ));
     }
-    for (cell, (&kind, range)) in cells.types.iter().zip(cells.offsets.windows(2)).enumerate() {
-        if range[0] > range[1] {
+    for (cell, range) in cells.offsets.windows(2).enumerate() {
+        let Some(used) = cells.connectivity.get(range[0] as usize..range[1] as usize) else {
             return Err(refuse(
                 format!("cell {cell}"),
                 format!(
-                    "the cell ends at {} before it begins at {}",
-                    range[1], range[0]
+                    "the cell's points are numbers {} to {} of {}",
+                    range[0],
+                    range[1],
+                    cells.connectivity.len()
                 ),
             ));
-        }
-        let used = &cells.connectivity[range[0] as usize..range[1] as usize];
-        if let Some(needed) = points_of(kind)
-            && used.len() != needed
-        {
-            return Err(refuse(
-                format!("cell {cell}"),
-                format!(
-                    "a cell of VTK type {kind} needs {needed} points, this one has {}",
-                    used.len()
-                ),
-            ));
-        }
+        };
         for &point in used {
             let Some(position) = usize::try_from(point).ok().and_then(|p| data.points.get(p))
             else {
@@ -225,37 +222,6 @@ pub(crate) fn check(path: &Path, data: &MeshData) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// Points of a cell of fixed size, by VTK's number of its type.
-fn points_of(kind: u8) -> Option<usize> {
-    Some(match kind {
-        1 => 1,
-        3 => 2,
-        5 => 3,
-        8..=10 => 4,
-        11 | 12 => 8,
-        13 => 6,
-        14 => 5,
-        15 => 10,
-        16 => 12,
-        21 => 3,
-        22 => 6,
-        23 => 8,
-        24 => 10,
-        25 => 20,
-        26 => 15,
-        27 => 13,
-        28 => 9,
-        29 => 27,
-        30 => 6,
-        31 => 12,
-        32 => 18,
-        33 => 24,
-        34 => 7,
-        37 => 19,
-        _ => return None,
-    })
 }
 
 #[cfg(test)]

@@ -95,7 +95,7 @@ macro_rules! numbers {
         }
     };
 }
-numbers!(i32: i32, f32: f32, f64: f64);
+numbers!(i16: i16, u16: u16, i32: i32, u32: u32, i64: i64, u64: u64, f32: f32, f64: f64);
 
 /// "1 cell", "2 cells".
 pub(crate) fn count(number: u64, thing: &str) -> String {

@@ -167,3 +167,77 @@ fn post() {
     assert_eq!(data.field(None).expect("it has fields").name, "energy");
     assert!(data.field(Some("mach")).is_err());
 }
+
+fn volume_of(data: MeshData, field: &str) -> f64 {
+    data.into_mesh(Some(field))
+        .unwrap_or_else(|e| panic!("{e}"))
+        .volume()
+}
+
+#[test]
+fn spx() {
+    let Some(data) = read("spx.vtu") else { return };
+    assert_eq!(
+        (data.points.len(), data.cells.types.len()),
+        (20_108, 12_936)
+    );
+    let scalar = values(&data, "scalar");
+    assert_range(scalar, 0.0, 3.186);
+    let list = data.field_list();
+    // The points that cells use have less.
+    assert!(list[0].starts_with("scalar [0, 2.25"), "{list:?}");
+    assert_close(volume_of(data, "scalar"), 118.3818);
+}
+
+#[test]
+fn seamount() {
+    let Some(data) = read("seamount.vtu") else {
+        return;
+    };
+    assert_eq!(
+        (data.points.len(), data.cells.types.len()),
+        (20_004, 100_450)
+    );
+    assert_range(values(&data, "Temperature"), -0.99571, -0.00413918);
+    assert_range(values(&data, "Pressure"), -0.61099, 0.788205);
+    assert_range(values(&data, "Velocity-magnitude"), 0.00455783, 1.27143);
+    assert_close(volume_of(data, "Temperature"), 82.372);
+}
+
+#[test]
+fn chimney() {
+    let Some(data) = read("chimney_66.vtu") else {
+        return;
+    };
+    assert_eq!((data.points.len(), data.cells.types.len()), (687, 1_703));
+    assert_range(values(&data, "Concentration"), -0.7503, 1.31337);
+    // A box of 1.4 × 0.8 × 0.4.
+    assert_close(volume_of(data, "Concentration"), 0.448);
+}
+
+#[test]
+fn notch_stress() {
+    let Some(data) = read("notch_stress_fixed.vtk") else {
+        return;
+    };
+    assert_eq!((data.points.len(), data.cells.types.len()), (3_537, 2_192));
+    assert_eq!(data.cell_counts(), [(12, 2_188), (13, 4)]);
+    assert_range(values(&data, "Nodal Stress-normed"), 3_206.6, 8_109_795.9);
+    assert_eq!(
+        data.fields
+            .iter()
+            .filter(|f| f.name.starts_with("Nodal Stress-"))
+            .count(),
+        8
+    );
+}
+
+#[test]
+fn angular_sector() {
+    let Some(data) = read("AngularSector.vtk") else {
+        return;
+    };
+    assert_eq!(data.points.len(), 10_141);
+    assert_eq!(data.cell_counts(), [(12, 7_632), (14, 144)]);
+    assert_range(values(&data, "PointId"), 0.0, 9_126.0);
+}

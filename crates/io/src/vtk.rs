@@ -1,0 +1,351 @@
+//! Legacy VTK files, `.vtk`: unstructured and structured grids, ASCII and binary.
+//!
+//! *VTK File Formats*, the VTK documentation; versions 1.0 to 4.2 and 5.1, which
+//! stores cells as offsets and connectivity. Binary numbers are big-endian.
+//! Array names are decoded (`Nodal%20Stress`). A structured grid becomes
+//! hexahedra.
+
+mod scanner;
+
+use glam::DVec3;
+use tetrascope_core::mesh::Association;
+use tetrascope_core::{Cells, Error, glam};
+
+pub(crate) use self::scanner::parse_float;
+use self::scanner::{Kind, Scanner, clip};
+use crate::MeshData;
+use crate::fields::{Array, take_ghosts, to_scalars};
+use crate::mesh_data::add_hexahedra;
+use crate::read::check;
+use crate::source::{Source, count};
+
+/// What has been read so far.
+struct Reader<'a> {
+    scanner: Scanner<'a>,
+    dimensions: Option<[u64; 3]>,
+    points: Option<Vec<DVec3>>,
+    cells: Option<Cells>,
+    arrays: Vec<Array>,
+    /// What the arrays that follow belong to, and how many values they have.
+    data: Option<(Association, u64)>,
+}
+
+/// Reads a legacy `.vtk` file.
+pub(crate) fn read(source: &Source) -> Result<MeshData, Error> {
+    let mut reader = Reader {
+        scanner: Scanner::new(source),
+        dimensions: None,
+        points: None,
+        cells: None,
+        arrays: Vec::new(),
+        data: None,
+    };
+    reader.header()?;
+    while let Some(keyword) = reader.scanner.word() {
+        reader.section(keyword)?;
+    }
+    let points = reader
+        .points
+        .ok_or_else(|| reader.scanner.truncated("the file has no POINTS"))?;
+    let cells = match (reader.cells, reader.dimensions) {
+        (Some(cells), _) if cells.types.len() + 1 == cells.offsets.len() => cells,
+        (Some(cells), None) => {
+            return Err(reader.scanner.truncated(format!(
+                "{} and {} types of cells",
+                count(cells.offsets.len() as u64 - 1, "cell"),
+                cells.types.len()
+            )));
+        }
+        (_, Some(dimensions)) => {
+            let needed = dimensions.iter().try_fold(1_u64, |n, &d| n.checked_mul(d));
+            if needed != Some(points.len() as u64) || dimensions.contains(&1) {
+                let [i, j, k] = dimensions;
+                return Err(reader.scanner.error(format!(
+                    "a structured grid of {i}×{j}×{k} with {} is no volume",
+                    count(points.len() as u64, "point")
+                )));
+            }
+            let mut cells = Cells {
+                offsets: vec![0],
+                ..Cells::default()
+            };
+            add_hexahedra(&mut cells, dimensions, 0);
+            cells
+        }
+        (None, None) => return Err(reader.scanner.truncated("the file has no CELLS")),
+    };
+    let ghosts = take_ghosts(&mut reader.arrays);
+    let mut data = MeshData {
+        points,
+        cells,
+        fields: to_scalars(reader.arrays),
+        notes: Vec::new(),
+    };
+    check(&source.path, &data)?;
+    data.remove_ghosts(source, &ghosts)?;
+    Ok(data)
+}
+
+impl Reader<'_> {
+    /// Three lines: version, title, ASCII or BINARY.
+    fn header(&mut self) -> Result<(), Error> {
+        self.scanner.line();
+        self.scanner.line();
+        let encoding = self.scanner.expect("ASCII or BINARY")?;
+        self.scanner.binary = match encoding.to_ascii_uppercase().as_str() {
+            "ASCII" => false,
+            "BINARY" => true,
+            _ => {
+                return Err(self.scanner.error(format!(
+                    "'{}' where ASCII or BINARY is needed",
+                    clip(encoding)
+                )));
+            }
+        };
+        Ok(())
+    }
+
+    fn section(&mut self, keyword: &str) -> Result<(), Error> {
+        match keyword.to_ascii_uppercase().as_str() {
+            "DATASET" => self.dataset(),
+            "DIMENSIONS" => {
+                let mut size = || self.scanner.count("a number of points");
+                self.dimensions = Some([size()?, size()?, size()?]);
+                Ok(())
+            }
+            "POINTS" => self.points(),
+            "CELLS" => self.cells(),
+            "CELL_TYPES" => self.cell_types(),
+            "POINT_DATA" => self.begin_data(Association::Point),
+            "CELL_DATA" => self.begin_data(Association::Cell),
+            "SCALARS" => self.scalars(),
+            "VECTORS" | "NORMALS" => self.attribute(3),
+            "TENSORS" => self.attribute(9),
+            "TENSORS6" => self.attribute(6),
+            "GLOBAL_IDS" | "PEDIGREE_IDS" | "EDGE_FLAGS" => self.attribute(1),
+            "TEXTURE_COORDINATES" => {
+                let name = self.scanner.name()?;
+                let components = self.scanner.count("a number of components")?;
+                let kind = self.scanner.kind()?;
+                self.array(name, components, kind, false)
+            }
+            "COLOR_SCALARS" => {
+                let name = self.scanner.name()?;
+                let components = self.scanner.count("a number of components")?;
+                // Bytes, or fractions of 1 as text.
+                self.array(name, components, Kind::U8, false)
+            }
+            "LOOKUP_TABLE" => {
+                self.scanner.name()?;
+                let colors = self.scanner.count("a number of colors")?;
+                let values = colors.saturating_mul(4);
+                self.scanner.floats(Kind::U8, values).map(drop)
+            }
+            "FIELD" => self.field(),
+            "METADATA" => {
+                self.scanner.skip_metadata();
+                Ok(())
+            }
+            _ => Err(self
+                .scanner
+                .truncated(format!("'{}' where a keyword is needed", clip(keyword)))),
+        }
+    }
+
+    fn dataset(&mut self) -> Result<(), Error> {
+        let kind = self.scanner.expect("the type of the data set")?;
+        match kind.to_ascii_uppercase().as_str() {
+            "UNSTRUCTURED_GRID" | "STRUCTURED_GRID" => Ok(()),
+            other => Err(self.scanner.error(format!(
+                "the file holds {}; of legacy VTK files UNSTRUCTURED_GRID and STRUCTURED_GRID are read",
+                clip(other)
+            ))),
+        }
+    }
+
+    fn points(&mut self) -> Result<(), Error> {
+        let n = self.scanner.count("a number of points")?;
+        let kind = self.scanner.kind()?;
+        let values = self.scanner.floats(kind, n.saturating_mul(3))?;
+        self.points = Some(values.chunks_exact(3).map(DVec3::from_slice).collect());
+        Ok(())
+    }
+
+    fn cells(&mut self) -> Result<(), Error> {
+        let first = self.scanner.count("a number of cells")?;
+        let second = self.scanner.count("a number of values")?;
+        let mut cells = Cells {
+            types: self.cells.take().map_or_else(Vec::new, |c| c.types),
+            ..Cells::default()
+        };
+        if self
+            .scanner
+            .peek()
+            .is_some_and(|w| w.eq_ignore_ascii_case("OFFSETS"))
+        {
+            self.scanner.word();
+            let kind = self.scanner.kind()?;
+            cells.offsets = self.scanner.indices(kind, first)?;
+            let keyword = self.scanner.expect("CONNECTIVITY")?;
+            if !keyword.eq_ignore_ascii_case("CONNECTIVITY") {
+                return Err(self.scanner.error("CONNECTIVITY is needed after OFFSETS"));
+            }
+            let kind = self.scanner.kind()?;
+            cells.connectivity = self.scanner.indices(kind, second)?;
+        } else {
+            let values = self.scanner.indices(Kind::I32, second)?;
+            cells.offsets.push(0);
+            let mut rest = values.as_slice();
+            for cell in 0..first {
+                let Some(points) = rest.split_first().and_then(|(&n, tail)| {
+                    let n = usize::try_from(n).ok().filter(|&n| n <= tail.len())?;
+                    let (points, tail) = tail.split_at(n);
+                    rest = tail;
+                    Some(points)
+                }) else {
+                    return Err(self.scanner.error(format!(
+                        "cell {cell} of {first} goes beyond the {second} values of CELLS"
+                    )));
+                };
+                cells.connectivity.extend_from_slice(points);
+                cells.offsets.push(cells.connectivity.len() as u64);
+            }
+            if !rest.is_empty() {
+                return Err(self.scanner.error(format!(
+                    "{} left over after the {first} cells of CELLS",
+                    count(rest.len() as u64, "value")
+                )));
+            }
+        }
+        if cells.offsets.is_empty() {
+            return Err(self.scanner.error("the mesh has no cells"));
+        }
+        self.cells = Some(cells);
+        Ok(())
+    }
+
+    fn cell_types(&mut self) -> Result<(), Error> {
+        let n = self.scanner.count("a number of cells")?;
+        let types = self.scanner.indices(Kind::I32, n)?;
+        let types: Result<Vec<u8>, Error> = types
+            .into_iter()
+            .enumerate()
+            .map(|(cell, kind)| {
+                u8::try_from(kind).map_err(|_| {
+                    self.scanner.error(format!(
+                        "cell {cell} is of type {kind}, and VTK has none above 255"
+                    ))
+                })
+            })
+            .collect();
+        let cells = self.cells.get_or_insert_default();
+        cells.types = types?;
+        if cells.offsets.is_empty() {
+            cells.offsets.push(0);
+        }
+        Ok(())
+    }
+
+    fn begin_data(&mut self, association: Association) -> Result<(), Error> {
+        let n = self.scanner.count("a number of values")?;
+        self.data = Some((association, n));
+        Ok(())
+    }
+
+    fn scalars(&mut self) -> Result<(), Error> {
+        let name = self.scanner.name()?;
+        let kind = self.scanner.kind()?;
+        let components = match self.scanner.word_in_line() {
+            Some(word) => word.parse().map_err(|_| {
+                self.scanner
+                    .error(format!("'{}' is not a number of components", clip(word)))
+            })?,
+            None => 1,
+        };
+        if self
+            .scanner
+            .peek()
+            .is_some_and(|w| w.eq_ignore_ascii_case("LOOKUP_TABLE"))
+        {
+            self.scanner.word();
+            self.scanner.name()?;
+        }
+        self.array(name, components, kind, true)
+    }
+
+    fn attribute(&mut self, components: u64) -> Result<(), Error> {
+        let name = self.scanner.name()?;
+        let kind = self.scanner.kind()?;
+        self.array(name, components, kind, false)
+    }
+
+    /// Arrays of any shape; before POINT_DATA or CELL_DATA they are the data
+    /// set's own and passed over.
+    fn field(&mut self) -> Result<(), Error> {
+        self.scanner.name()?;
+        let arrays = self.scanner.count("a number of arrays")?;
+        for _ in 0..arrays {
+            while self
+                .scanner
+                .peek()
+                .is_some_and(|w| w.eq_ignore_ascii_case("METADATA"))
+            {
+                self.scanner.skip_metadata();
+            }
+            let name = self.scanner.name()?;
+            let components = self.scanner.count("a number of components")?;
+            let tuples = self.scanner.count("a number of values")?;
+            if self.scanner.peek().is_some_and(|w| {
+                ["string", "utf8_string", "vtkstring"].contains(&w.to_ascii_lowercase().as_str())
+            }) {
+                self.scanner.word();
+                self.scanner.skip_texts(components.saturating_mul(tuples))?;
+                continue;
+            }
+            let kind = self.scanner.kind()?;
+            match self.data {
+                Some((_, n)) if n != tuples => {
+                    return Err(self.scanner.error(format!(
+                        "array '{name}' has {tuples} values where {n} are needed"
+                    )));
+                }
+                Some(_) => self.array(name, components, kind, false)?,
+                None => {
+                    self.scanner
+                        .floats(kind, components.saturating_mul(tuples))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn array(
+        &mut self,
+        name: String,
+        components: u64,
+        kind: Kind,
+        active: bool,
+    ) -> Result<(), Error> {
+        let Some((association, n)) = self.data else {
+            return Err(self.scanner.error(format!(
+                "array '{name}' comes before POINT_DATA or CELL_DATA"
+            )));
+        };
+        // More would be a table, not a field.
+        const MOST_COMPONENTS: u64 = 64;
+        if components == 0 || components > MOST_COMPONENTS {
+            return Err(self.scanner.error(format!(
+                "array '{name}' has {components} components; 1 to {MOST_COMPONENTS} are read"
+            )));
+        }
+        let values = self.scanner.floats(kind, n.saturating_mul(components))?;
+        self.arrays.push(Array {
+            name,
+            association,
+            components: components as usize,
+            values,
+            active,
+        });
+        Ok(())
+    }
+}

@@ -1,0 +1,334 @@
+//! Words, lines and arrays of a legacy VTK file, one after the other.
+
+use tetrascope_core::Error;
+
+use crate::source::{Endian, Source};
+
+/// How an array's numbers are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Bit,
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Kind {
+    /// By the names of vtkDataWriter. `vtkIdType` is written as 32-bit
+    /// integers, whatever its size in memory.
+    pub(super) fn of(name: &str) -> Option<Kind> {
+        Some(match name.to_ascii_lowercase().as_str() {
+            "bit" => Kind::Bit,
+            "char" | "signed_char" | "vtktypeint8" => Kind::I8,
+            "unsigned_char" | "vtktypeuint8" => Kind::U8,
+            "short" | "vtktypeint16" => Kind::I16,
+            "unsigned_short" | "vtktypeuint16" => Kind::U16,
+            "int" | "vtkidtype" | "vtktypeint32" => Kind::I32,
+            "unsigned_int" | "vtktypeuint32" => Kind::U32,
+            "long" | "long_long" | "vtktypeint64" => Kind::I64,
+            "unsigned_long" | "unsigned_long_long" | "vtktypeuint64" => Kind::U64,
+            "float" | "vtktypefloat32" => Kind::F32,
+            "double" | "vtktypefloat64" => Kind::F64,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> u64 {
+        match self {
+            Kind::Bit | Kind::I8 | Kind::U8 => 1,
+            Kind::I16 | Kind::U16 => 2,
+            Kind::I32 | Kind::U32 | Kind::F32 => 4,
+            Kind::I64 | Kind::U64 | Kind::F64 => 8,
+        }
+    }
+}
+
+/// A place in the file.
+pub(super) struct Scanner<'a> {
+    source: &'a Source,
+    at: usize,
+    /// Numbers are big-endian bytes, else words.
+    pub(super) binary: bool,
+}
+
+impl<'a> Scanner<'a> {
+    pub(super) fn new(source: &'a Source) -> Scanner<'a> {
+        Scanner {
+            source,
+            at: 0,
+            binary: false,
+        }
+    }
+
+    fn rest(&self) -> &'a [u8] {
+        &self.source.bytes[self.at..]
+    }
+
+    /// The rest of the line, without its end.
+    pub(super) fn line(&mut self) -> &'a [u8] {
+        let rest = self.rest();
+        let length = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        self.at += (length + 1).min(rest.len());
+        rest[..length].trim_ascii_end()
+    }
+
+    /// The next word of any line.
+    pub(super) fn word(&mut self) -> Option<&'a str> {
+        let rest = self.rest();
+        let start = rest.iter().position(|b| !b.is_ascii_whitespace())?;
+        let length = rest[start..]
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len() - start);
+        self.at += start + length;
+        std::str::from_utf8(&rest[start..start + length]).ok()
+    }
+
+    /// The next word without moving past it.
+    pub(super) fn peek(&mut self) -> Option<&'a str> {
+        let at = self.at;
+        let word = self.word();
+        self.at = at;
+        word
+    }
+
+    /// The next word of this line.
+    pub(super) fn word_in_line(&mut self) -> Option<&'a str> {
+        let rest = self.rest();
+        let spaces = rest
+            .iter()
+            .take_while(|&&b| b == b' ' || b == b'\t')
+            .count();
+        match rest.get(spaces) {
+            None | Some(b'\n' | b'\r') => None,
+            Some(_) => self.word(),
+        }
+    }
+
+    /// The word that must follow.
+    pub(super) fn expect(&mut self, what: &str) -> Result<&'a str, Error> {
+        self.word()
+            .ok_or_else(|| self.truncated(format!("the file ends where {what} is needed")))
+    }
+
+    /// A number of things.
+    pub(super) fn count(&mut self, what: &str) -> Result<u64, Error> {
+        let word = self.expect(what)?;
+        word.parse()
+            .map_err(|_| self.error(format!("'{}' is not {what}", clip(word))))
+    }
+
+    /// The name of a type of numbers.
+    pub(super) fn kind(&mut self) -> Result<Kind, Error> {
+        let word = self.expect("a type of numbers")?;
+        Kind::of(word)
+            .ok_or_else(|| self.error(format!("'{}' is not a type of numbers", clip(word))))
+    }
+
+    /// The name of an array: what is not a letter or digit may be in percent code.
+    pub(super) fn name(&mut self) -> Result<String, Error> {
+        Ok(decode_percent(self.expect("a name")?))
+    }
+
+    /// `count` numbers as f64 (integers are exact to 2⁵³).
+    pub(super) fn floats(&mut self, kind: Kind, count: u64) -> Result<Vec<f64>, Error> {
+        if !self.binary {
+            return self.words(count, parse_float);
+        }
+        if kind == Kind::Bit {
+            let bytes = self.bytes(count.div_ceil(8))?;
+            let bit = |i: usize| f64::from(bytes[i / 8] >> (7 - i % 8) & 1);
+            return Ok((0..count as usize).map(bit).collect());
+        }
+        let big = Endian::Big;
+        self.numbers(kind, count, |b| match kind {
+            Kind::Bit | Kind::U8 => f64::from(b[0]),
+            Kind::I8 => f64::from(b[0] as i8),
+            Kind::I16 => f64::from(big.i16(b)),
+            Kind::U16 => f64::from(big.u16(b)),
+            Kind::I32 => f64::from(big.i32(b)),
+            Kind::U32 => f64::from(big.u32(b)),
+            Kind::I64 => big.i64(b) as f64,
+            Kind::U64 => big.u64(b) as f64,
+            Kind::F32 => f64::from(big.f32(b)),
+            Kind::F64 => big.f64(b),
+        })
+    }
+
+    /// `count` indices; negative ones come out as larger than any mesh.
+    pub(super) fn indices(&mut self, kind: Kind, count: u64) -> Result<Vec<u64>, Error> {
+        if !self.binary {
+            return self.words(count, |word| word.parse().ok());
+        }
+        let big = Endian::Big;
+        match kind {
+            Kind::I32 => self.numbers(kind, count, |b| i64::from(big.i32(b)) as u64),
+            Kind::U32 => self.numbers(kind, count, |b| u64::from(big.u32(b))),
+            Kind::I64 | Kind::U64 => self.numbers(kind, count, |b| big.u64(b)),
+            _ => Err(self.error("indices must be 32- or 64-bit integers")),
+        }
+    }
+
+    /// Moves past `count` texts.
+    pub(super) fn skip_texts(&mut self, count: u64) -> Result<(), Error> {
+        self.line();
+        for _ in 0..count {
+            if self.rest().is_empty() {
+                return Err(self.truncated("the file ends within an array of texts"));
+            }
+            if !self.binary {
+                self.line();
+                continue;
+            }
+            // The first two bits say how many bytes hold the length (vtkDataWriter).
+            let width = match self.rest()[0] >> 6 {
+                3 => 1,
+                2 => 2,
+                1 => 4,
+                _ => 8,
+            };
+            let mut length = 0;
+            for (i, &byte) in self.exactly(width)?.iter().enumerate() {
+                let byte = if i == 0 { byte & 0x3f } else { byte };
+                length = length << 8 | u64::from(byte);
+            }
+            self.exactly(length)?;
+        }
+        Ok(())
+    }
+
+    /// Moves past the lines of a METADATA block, which an empty line ends.
+    pub(super) fn skip_metadata(&mut self) {
+        self.line();
+        while !self.rest().is_empty() && !self.line().is_empty() {}
+    }
+
+    fn words<T>(&mut self, count: u64, parse: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, Error> {
+        // A number takes a digit and a space.
+        if count > self.rest().len() as u64 / 2 + 1 {
+            return Err(self.too_many(count));
+        }
+        let mut values = Vec::with_capacity(count as usize);
+        for _ in 0..count {
+            let word = self.expect("a number")?;
+            let value = parse(word).ok_or_else(|| {
+                self.error(format!("'{}' is not a number of its type", clip(word)))
+            })?;
+            values.push(value);
+        }
+        Ok(values)
+    }
+
+    fn numbers<T>(
+        &mut self,
+        kind: Kind,
+        count: u64,
+        read: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, Error> {
+        let length = count
+            .checked_mul(kind.size())
+            .ok_or_else(|| self.too_many(count))?;
+        let bytes = self.bytes(length)?;
+        Ok(bytes.chunks_exact(kind.size() as usize).map(read).collect())
+    }
+
+    /// Bytes that begin on the next line.
+    fn bytes(&mut self, length: u64) -> Result<&'a [u8], Error> {
+        self.line();
+        self.exactly(length)
+    }
+
+    fn exactly(&mut self, length: u64) -> Result<&'a [u8], Error> {
+        let rest = self.rest();
+        if length > rest.len() as u64 {
+            return Err(self.truncated(format!(
+                "{length} bytes of data where only {} are left",
+                rest.len()
+            )));
+        }
+        self.at += length as usize;
+        Ok(&rest[..length as usize])
+    }
+
+    fn too_many(&self, count: u64) -> Error {
+        self.truncated(format!(
+            "{count} numbers cannot be in the {} bytes that are left",
+            self.rest().len()
+        ))
+    }
+
+    /// An error here.
+    pub(super) fn error(&self, what: impl Into<String>) -> Error {
+        self.source.error(format!("byte {}", self.at), what)
+    }
+
+    pub(super) fn truncated(&self, what: impl Into<String>) -> Error {
+        self.source.error_with_help(
+            format!("byte {}", self.at),
+            what,
+            "the file is truncated or damaged; copy or write it again",
+        )
+    }
+}
+
+/// A number in words, also as C libraries write what is not a number.
+pub(crate) fn parse_float(word: &str) -> Option<f64> {
+    word.parse().ok().or_else(|| {
+        let word = word.trim_start_matches(['-', '+']).as_bytes();
+        let is_nan =
+            word.len() > 3 && (word[..3].eq_ignore_ascii_case(b"nan") || word.starts_with(b"1.#"));
+        is_nan.then_some(f64::NAN)
+    })
+}
+
+/// At most 40 characters of a word, for a message.
+pub(super) fn clip(word: &str) -> String {
+    word.chars().take(40).collect()
+}
+
+/// "Nodal Stress" for "Nodal%20Stress".
+fn decode_percent(text: &str) -> String {
+    let bytes = text.as_bytes();
+    let mut decoded = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while at < bytes.len() {
+        let code = bytes
+            .get(at + 1..at + 3)
+            .filter(|_| bytes[at] == b'%')
+            .filter(|digits| digits.iter().all(u8::is_ascii_hexdigit))
+            .and_then(|digits| u8::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok());
+        decoded.push(code.unwrap_or(bytes[at]));
+        at += if code.is_some() { 3 } else { 1 };
+    }
+    String::from_utf8_lossy(&decoded).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percent_codes_are_decoded_and_percents_kept() {
+        assert_eq!(decode_percent("Nodal%20Stress"), "Nodal Stress");
+        assert_eq!(decode_percent("%C3%A9%"), "é%");
+        assert_eq!(decode_percent("100%zz%2"), "100%zz%2");
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_read_in_every_spelling() {
+        for word in ["nan", "-nan", "NaN", "-nan(ind)", "1.#QNAN", "-1.#IND"] {
+            assert!(parse_float(word).is_some_and(f64::is_nan), "{word}");
+        }
+        assert_eq!(parse_float("-inf"), Some(f64::NEG_INFINITY));
+        assert_eq!(parse_float("1e-3"), Some(1e-3));
+        assert_eq!(parse_float("äää"), None);
+        assert_eq!(parse_float("x"), None);
+    }
+}

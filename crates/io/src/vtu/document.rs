@@ -1,0 +1,507 @@
+//! The XML of a `.vtu` file: which arrays there are and where their numbers stand.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, XmlVersion};
+use tetrascope_core::Error;
+use tetrascope_core::mesh::Association;
+
+use crate::source::{Endian, Source};
+
+/// Compression of binary data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Compressor {
+    None,
+    Zlib,
+    Lz4,
+}
+
+/// The type of an array's numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Kind {
+    fn of(name: &str) -> Option<Kind> {
+        Some(match name {
+            "Int8" => Kind::I8,
+            "UInt8" => Kind::U8,
+            "Int16" => Kind::I16,
+            "UInt16" => Kind::U16,
+            "Int32" => Kind::I32,
+            "UInt32" => Kind::U32,
+            "Int64" => Kind::I64,
+            "UInt64" => Kind::U64,
+            "Float32" => Kind::F32,
+            "Float64" => Kind::F64,
+            _ => return None,
+        })
+    }
+
+    /// Bytes of one number.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Kind::I8 | Kind::U8 => 1,
+            Kind::I16 | Kind::U16 => 2,
+            Kind::I32 | Kind::U32 | Kind::F32 => 4,
+            Kind::I64 | Kind::U64 | Kind::F64 => 8,
+        }
+    }
+}
+
+/// Where an array's numbers are.
+#[derive(Clone, Debug)]
+pub(super) enum Data<'a> {
+    /// Numbers in words, in the element.
+    Ascii(Cow<'a, str>),
+    /// Base64 in the element.
+    Inline(Cow<'a, str>),
+    /// In `AppendedData`, this many bytes or characters after the underscore.
+    Appended(u64),
+}
+
+/// A `DataArray` element.
+#[derive(Clone, Debug)]
+pub(super) struct ArrayElement<'a> {
+    pub(super) name: String,
+    pub(super) kind: Kind,
+    pub(super) components: u64,
+    pub(super) data: Data<'a>,
+}
+
+/// The parts of a piece that hold arrays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Section {
+    PointData,
+    CellData,
+    Points,
+    Cells,
+}
+
+/// A `Piece` element.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Piece<'a> {
+    pub(super) points: u64,
+    pub(super) cells: u64,
+    pub(super) point_data: Vec<ArrayElement<'a>>,
+    pub(super) cell_data: Vec<ArrayElement<'a>>,
+    pub(super) coordinates: Vec<ArrayElement<'a>>,
+    pub(super) topology: Vec<ArrayElement<'a>>,
+    /// The `Scalars` of `PointData` and `CellData`.
+    active: [Option<String>; 2],
+}
+
+impl<'a> Piece<'a> {
+    /// The name of the scalars to draw, where the file gives one.
+    pub(super) fn active(&self, association: Association) -> Option<&str> {
+        self.active[usize::from(association == Association::Cell)].as_deref()
+    }
+
+    fn section(&mut self, section: Section) -> &mut Vec<ArrayElement<'a>> {
+        match section {
+            Section::PointData => &mut self.point_data,
+            Section::CellData => &mut self.cell_data,
+            Section::Points => &mut self.coordinates,
+            Section::Cells => &mut self.topology,
+        }
+    }
+}
+
+/// What follows the underscore of `AppendedData`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Appended<'a> {
+    pub(super) bytes: &'a [u8],
+    pub(super) raw: bool,
+}
+
+/// A `.vtu` file.
+#[derive(Debug)]
+pub(super) struct Document<'a> {
+    pub(super) endian: Endian,
+    /// Headers of binary data are 64-bit numbers, else 32-bit.
+    pub(super) wide_headers: bool,
+    pub(super) compressor: Compressor,
+    pub(super) pieces: Vec<Piece<'a>>,
+    pub(super) appended: Option<Appended<'a>>,
+    pub(super) notes: Vec<String>,
+}
+
+/// Names without regard to case: `Format` has been seen for `format`.
+type Attributes = HashMap<String, String>;
+
+impl<'a> Document<'a> {
+    /// Reads the XML up to the appended data, which need not be XML at all.
+    pub(super) fn parse(source: &'a Source) -> Result<Document<'a>, Error> {
+        let bytes = source.bytes.as_slice();
+        let (head, tail) = match find(bytes, b"<AppendedData") {
+            Some(at) => (&bytes[..at], Some(&bytes[at..])),
+            None => (bytes, None),
+        };
+        let appended = tail
+            .map(|tail| cut_appended(source, head.len(), tail))
+            .transpose()?;
+        let head = std::str::from_utf8(head).map_err(|error| {
+            source.error_with_help(
+                format!("byte {}", error.valid_up_to()),
+                "the XML part of the file is not UTF-8 text",
+                "the file is damaged, or it was written in another encoding",
+            )
+        })?;
+        let mut parser = Parser {
+            source,
+            document: Document {
+                endian: Endian::Little,
+                wide_headers: false,
+                compressor: Compressor::None,
+                pieces: Vec::new(),
+                appended,
+                notes: Vec::new(),
+            },
+            open: Vec::new(),
+            section: None,
+            array: None,
+            has_grid: false,
+            ended: false,
+        };
+        parser.run(head)?;
+        Ok(parser.document)
+    }
+}
+
+/// The bytes after the underscore, and how they are encoded.
+fn cut_appended<'a>(source: &Source, start: usize, tail: &'a [u8]) -> Result<Appended<'a>, Error> {
+    let at = format!("byte {start}");
+    let end = tail.iter().position(|&b| b == b'>').ok_or_else(|| {
+        source.error(
+            at.clone(),
+            "the file ends within the <AppendedData> element",
+        )
+    })?;
+    let element = String::from_utf8_lossy(&tail[1..end]);
+    let element = BytesStart::from_content(element.trim_end_matches('/'), "AppendedData".len());
+    let attributes = attributes(source, &element, start)?;
+    let raw = match attributes.get("encoding").map(String::as_str) {
+        Some("raw") => true,
+        Some("base64") | None => false,
+        Some(other) => {
+            return Err(source.error(at, format!("appended data of unknown encoding '{other}'")));
+        }
+    };
+    let body = tail[end + 1..].trim_ascii_start();
+    match body.strip_prefix(b"_") {
+        Some(bytes) => Ok(Appended { bytes, raw }),
+        None => Err(source.error(at, "there is no underscore before the appended data")),
+    }
+}
+
+struct Parser<'a> {
+    source: &'a Source,
+    document: Document<'a>,
+    /// Names of the elements around the current place.
+    open: Vec<String>,
+    section: Option<Section>,
+    /// The array whose text is being read.
+    array: Option<(ArrayElement<'a>, bool)>,
+    has_grid: bool,
+    ended: bool,
+}
+
+impl<'a> Parser<'a> {
+    fn run(&mut self, text: &'a str) -> Result<(), Error> {
+        let mut reader = Reader::from_str(text);
+        loop {
+            let place = reader.buffer_position() as usize;
+            let event = reader.read_event().map_err(|error| {
+                self.source.error(
+                    line(text, reader.error_position() as usize),
+                    format!("the XML is damaged: {error}"),
+                )
+            })?;
+            match event {
+                Event::Start(element) => {
+                    self.start(&element, place)?;
+                    self.open.push(element.local_name().as_ref().to_owned());
+                }
+                Event::Empty(element) => {
+                    self.start(&element, place)?;
+                    self.end(element.local_name().as_ref(), place)?;
+                }
+                Event::End(element) => {
+                    self.open.pop();
+                    self.end(element.local_name().as_ref(), place)?;
+                }
+                Event::Text(words) => self.text(words.into_inner()),
+                Event::CData(words) => self.text(words.into_inner()),
+                Event::Eof => break,
+                _ => {}
+            }
+        }
+        if !self.has_grid {
+            return Err(self
+                .source
+                .error("byte 0", "there is no <UnstructuredGrid> element"));
+        }
+        if !self.ended {
+            return Err(self.source.error_with_help(
+                format!("byte {}", text.len()),
+                "the file ends before </UnstructuredGrid>",
+                "the file is truncated; copy or write it again",
+            ));
+        }
+        Ok(())
+    }
+
+    fn start(&mut self, element: &BytesStart<'a>, place: usize) -> Result<(), Error> {
+        let name = element.local_name();
+        match name.as_ref() {
+            "VTKFile" => {
+                let attributes = attributes(self.source, element, place)?;
+                self.file(&attributes)
+            }
+            "UnstructuredGrid" => {
+                self.has_grid = true;
+                Ok(())
+            }
+            "Piece" if self.has_grid => {
+                let attributes = attributes(self.source, element, place)?;
+                let number = |key: &str| self.number(&attributes, key, place);
+                let piece = Piece {
+                    points: number("numberofpoints")?.unwrap_or(0),
+                    cells: number("numberofcells")?.unwrap_or(0),
+                    ..Piece::default()
+                };
+                self.document.pieces.push(piece);
+                Ok(())
+            }
+            "PointData" | "CellData" | "Points" | "Cells" => {
+                let section = match name.as_ref() {
+                    "PointData" => Section::PointData,
+                    "CellData" => Section::CellData,
+                    "Points" => Section::Points,
+                    _ => Section::Cells,
+                };
+                self.section = Some(section);
+                let attributes = attributes(self.source, element, place)?;
+                if let (Some(piece), Some(scalars)) =
+                    (self.document.pieces.last_mut(), attributes.get("scalars"))
+                {
+                    piece.active[usize::from(section == Section::CellData)] = Some(scalars.clone());
+                }
+                Ok(())
+            }
+            "DataArray" if self.section.is_some() => self.array(element, place),
+            _ => Ok(()),
+        }
+    }
+
+    fn end(&mut self, name: &str, place: usize) -> Result<(), Error> {
+        match name {
+            "PointData" | "CellData" | "Points" | "Cells" => self.section = None,
+            "UnstructuredGrid" => self.ended = true,
+            "DataArray" => {
+                if let (Some((array, keep)), Some(section)) = (self.array.take(), self.section) {
+                    let Some(piece) = self.document.pieces.last_mut() else {
+                        return Err(self.source.error(
+                            format!("byte {place}"),
+                            format!("array '{}' stands outside of a piece", array.name),
+                        ));
+                    };
+                    let arrays = piece.section(section);
+                    // One array a time step: the first is drawn.
+                    if keep && !arrays.iter().any(|a| a.name == array.name) {
+                        arrays.push(array);
+                    }
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Keeps the text of an array (not that of elements inside it).
+    fn text(&mut self, words: Cow<'a, str>) {
+        let Some((array, _)) = &mut self.array else {
+            return;
+        };
+        if self.open.last().is_none_or(|name| name != "DataArray") {
+            return;
+        }
+        if let Data::Ascii(text) | Data::Inline(text) = &mut array.data {
+            if text.is_empty() {
+                *text = words;
+            } else {
+                text.to_mut().push_str(&words);
+            }
+        }
+    }
+
+    fn file(&mut self, attributes: &Attributes) -> Result<(), Error> {
+        let get = |key: &str| attributes.get(key).map(String::as_str);
+        let refuse =
+            |what: String, help: &str| Err(self.source.error_with_help("<VTKFile>", what, help));
+        let kind = get("type").unwrap_or("UnstructuredGrid");
+        if kind != "UnstructuredGrid" {
+            return refuse(
+                format!("the file holds a {kind}; of VTK XML files only UnstructuredGrid is read"),
+                "save the data as an unstructured grid (.vtu), for example with ParaView's Append Datasets",
+            );
+        }
+        let document = &mut self.document;
+        document.endian = match get("byte_order") {
+            Some("BigEndian") => Endian::Big,
+            Some("LittleEndian") | None => Endian::Little,
+            Some(other) => {
+                return refuse(
+                    format!("unknown byte order '{other}'"),
+                    "it is LittleEndian or BigEndian",
+                );
+            }
+        };
+        document.wide_headers = match get("header_type") {
+            Some("UInt64") => true,
+            Some("UInt32") | None => false,
+            Some(other) => {
+                return refuse(
+                    format!("unknown header type '{other}'"),
+                    "it is UInt32 or UInt64",
+                );
+            }
+        };
+        document.compressor = match get("compressor") {
+            None | Some("") => Compressor::None,
+            Some("vtkZLibDataCompressor") => Compressor::Zlib,
+            Some("vtkLZ4DataCompressor") => Compressor::Lz4,
+            Some(other) => {
+                return refuse(
+                    format!("compression with {other} is not read"),
+                    "save the file with zlib, LZ4 or no compression",
+                );
+            }
+        };
+        Ok(())
+    }
+
+    fn array(&mut self, element: &BytesStart<'a>, place: usize) -> Result<(), Error> {
+        let attributes = attributes(self.source, element, place)?;
+        let name = attributes.get("name").cloned().unwrap_or_default();
+        let at = || format!("array '{name}' (byte {place})");
+        let data = match attributes
+            .get("format")
+            .map(|f| f.to_ascii_lowercase())
+            .as_deref()
+        {
+            Some("ascii") | None => Data::Ascii(Cow::Borrowed("")),
+            Some("binary") => Data::Inline(Cow::Borrowed("")),
+            Some("appended") => match self.number(&attributes, "offset", place)? {
+                Some(offset) => Data::Appended(offset),
+                None => return Err(self.source.error(at(), "appended data without an offset")),
+            },
+            Some(other) => {
+                return Err(self.source.error(at(), format!("unknown format '{other}'")));
+            }
+        };
+        let components = self
+            .number(&attributes, "numberofcomponents", place)?
+            .unwrap_or(1);
+        let named = attributes.get("type").map_or("", String::as_str);
+        let kind = Kind::of(named);
+        // Points and cells must be numbers; a field of texts is of no use here.
+        let is_field = matches!(self.section, Some(Section::PointData | Section::CellData));
+        if kind.is_none() && !is_field {
+            return Err(self.source.error(at(), format!("unknown type '{named}'")));
+        }
+        if kind.is_none() {
+            self.document
+                .notes
+                .push(format!("array '{name}' left out: it is of type '{named}'"));
+        }
+        // More would be a table, not a field.
+        const MOST_COMPONENTS: u64 = 64;
+        if components == 0 || components > MOST_COMPONENTS {
+            return Err(self.source.error(
+                at(),
+                format!("{components} components; 1 to {MOST_COMPONENTS} are read"),
+            ));
+        }
+        let array = ArrayElement {
+            name,
+            kind: kind.unwrap_or(Kind::U8),
+            components,
+            data,
+        };
+        self.array = Some((array, kind.is_some()));
+        Ok(())
+    }
+
+    fn number(
+        &self,
+        attributes: &Attributes,
+        key: &str,
+        place: usize,
+    ) -> Result<Option<u64>, Error> {
+        let Some(text) = attributes.get(key) else {
+            return Ok(None);
+        };
+        text.trim().parse().map(Some).map_err(|_| {
+            self.source.error(
+                format!("byte {place}"),
+                format!("{key} is '{text}', not a whole number"),
+            )
+        })
+    }
+}
+
+fn attributes(source: &Source, element: &BytesStart, place: usize) -> Result<Attributes, Error> {
+    element
+        .attributes()
+        .map(|attribute| {
+            let attribute = attribute.map_err(|error| error.to_string())?;
+            let value = attribute
+                .normalized_value(XmlVersion::Implicit1_0)
+                .map_err(|error| error.to_string())?;
+            let key = attribute.key.local_name().as_ref().to_ascii_lowercase();
+            Ok((key, value.into_owned()))
+        })
+        .collect::<Result<_, String>>()
+        .map_err(|error| {
+            source.error(
+                format!("byte {place}"),
+                format!(
+                    "an attribute of <{}> is damaged: {error}",
+                    element.name().as_ref()
+                ),
+            )
+        })
+}
+
+/// "line 3, column 7" of a byte offset.
+fn line(text: &str, offset: usize) -> String {
+    let before = &text.as_bytes()[..offset.min(text.len())];
+    let lines = before.iter().filter(|&&b| b == b'\n').count();
+    let column = before.iter().rev().take_while(|&&b| b != b'\n').count();
+    format!("line {}, column {}", lines + 1, column + 1)
+}
+
+/// The first place of `needle`.
+fn find(bytes: &[u8], needle: &[u8]) -> Option<usize> {
+    let mut from = 0;
+    while let Some(at) = bytes[from..].iter().position(|&b| b == needle[0]) {
+        if bytes[from + at..].starts_with(needle) {
+            return Some(from + at);
+        }
+        from += at + 1;
+    }
+    None
+}
