@@ -241,3 +241,16 @@ fn angular_sector() {
     assert_eq!(data.cell_counts(), [(12, 7_632), (14, 144)]);
     assert_range(values(&data, "PointId"), 0.0, 9_126.0);
 }
+
+#[test]
+fn tetrahedra_of_the_scenes() {
+    for (name, points, cells, volume) in [
+        ("bluntfin_tets.vtu", 40_960, 187_395, 931.1627),
+        ("comb_tets.vtu", 47_025, 215_040, 1061.697),
+    ] {
+        let Some(data) = read(name) else { continue };
+        assert_eq!((data.points.len(), data.cells.types.len()), (points, cells));
+        assert_eq!(data.field(None).expect("it has fields").name, "density");
+        assert_close(volume_of(data, "density"), volume);
+    }
+}
