@@ -394,12 +394,12 @@ impl CameraSpec {
     }
 }
 
-/// A distance over which the default opacity counts, and the reason.
+/// A distance over which the default opacity counts, world units, and the reason.
 ///
 /// ParaView's rule, diagonal / ∛(cells), makes one cell of full opacity opaque.
 /// Models without hiding add up over the whole depth instead, so there the
 /// diagonal keeps the picture from burning out.
-fn default_unit_distance(volume: &Volume, model: OpticalModel) -> (f64, &'static str) {
+pub fn default_unit_distance(volume: &Volume, model: OpticalModel) -> (f64, &'static str) {
     let diagonal = volume.bounds().diagonal();
     let (distance, why) = if model == OpticalModel::EmissionAbsorption {
         let cells = volume.cell_count().max(1) as f64;
