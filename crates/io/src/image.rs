@@ -31,12 +31,26 @@ pub fn write_image(path: &Path, frame: &Frame, metadata: &[(String, String)]) ->
             write_file(path, &encode_npy(frame)?)?;
             write_file(&sidecar(path), &encode_sidecar(metadata))
         }
-        other => Err(Error::Unknown {
-            kind: "image format",
-            name: other.into(),
-            valid: ["png", "exr", "npy"].map(String::from).into(),
-        }),
+        other => Err(unknown_format(other)),
     }
+}
+
+/// Refuses at once what [`write_image`] would refuse after the work is done: an
+/// unknown extension, a folder that does not exist or cannot be written to, and a
+/// folder in the file's place.
+///
+/// # Errors
+/// As [`write_image`].
+pub fn check_path(path: &Path) -> Result<(), Error> {
+    let extension = extension(path);
+    if !FORMATS.contains(&extension.as_str()) {
+        return Err(unknown_format(&extension));
+    }
+    let writable = match path.is_dir() {
+        true => Err(std::io::ErrorKind::IsADirectory.into()),
+        false => temporary_file(path).map(drop),
+    };
+    writable.map_err(cannot_write(path))
 }
 
 /// Writes a whole file or nothing: the bytes go to a temporary file in the same
@@ -45,6 +59,37 @@ pub fn write_image(path: &Path, frame: &Frame, metadata: &[(String, String)]) ->
 /// # Errors
 /// [`Error::Io`] when the folder or the file cannot be written.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    temporary_file(path)
+        .and_then(|mut file| {
+            file.write_all(bytes)?;
+            file.as_file().sync_all()?;
+            file.persist(path).map_err(|error| error.error)?;
+            Ok(())
+        })
+        .map_err(cannot_write(path))
+}
+
+/// The extensions of the formats that are written.
+const FORMATS: [&str; 3] = ["png", "exr", "npy"];
+
+fn unknown_format(extension: &str) -> Error {
+    Error::Unknown {
+        kind: "image format",
+        name: extension.into(),
+        valid: FORMATS.map(String::from).into(),
+    }
+}
+
+fn cannot_write(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
+    |source| Error::Io {
+        action: "cannot write",
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// A file in the folder of `path`, removed again unless it takes that name.
+fn temporary_file(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -56,20 +101,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
         use std::os::unix::fs::PermissionsExt as _;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder
-        .prefix(".tetrascope-")
-        .tempfile_in(folder)
-        .and_then(|mut file| {
-            file.write_all(bytes)?;
-            file.as_file().sync_all()?;
-            file.persist(path).map_err(|error| error.error)?;
-            Ok(())
-        })
-        .map_err(|source| Error::Io {
-            action: "cannot write",
-            path: path.to_owned(),
-            source,
-        })
+    builder.prefix(".tetrascope-").tempfile_in(folder)
 }
 
 /// The frame as a PNG file: 8-bit RGBA in sRGB, straight alpha, rounded to the

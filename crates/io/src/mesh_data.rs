@@ -1,5 +1,7 @@
 //! What a mesh reader returns.
 
+use std::path::PathBuf;
+
 use glam::DVec3;
 use tetrascope_core::glam;
 use tetrascope_core::mesh::Association;
@@ -21,18 +23,29 @@ pub struct MeshData {
     pub fields: Vec<Scalars>,
     /// What was found out, repaired or left out: one sentence each.
     pub notes: Vec<String>,
+    /// The files that were read: the mesh's and, with Plot3D, the solution's.
+    pub files: Vec<PathBuf>,
 }
 
 impl MeshData {
+    /// The least and greatest finite value of each field, at points that cells use.
+    pub fn field_ranges(&self) -> Vec<Option<(f64, f64)>> {
+        let used = self.used_points();
+        self.fields
+            .iter()
+            .map(|field| self.range(field, &used))
+            .collect()
+    }
+
     /// Each field as "density [0.19, 4.98] (point)".
     ///
     /// The range is that of the finite values at points that cells use.
     pub fn field_list(&self) -> Vec<String> {
-        let used = self.used_points();
         self.fields
             .iter()
-            .map(|field| {
-                let range = match self.range(field, &used) {
+            .zip(self.field_ranges())
+            .map(|(field, range)| {
+                let range = match range {
                     Some((low, high)) => format!("[{}, {}]", short(low), short(high)),
                     None => "[no finite value]".into(),
                 };
@@ -273,6 +286,7 @@ mod tests {
                 scalars("c", Association::Cell, &[-1.0, 250_000.25]),
             ],
             notes: Vec::new(),
+            files: Vec::new(),
         }
     }
 

@@ -56,8 +56,13 @@ pub fn read(path: &Path, solution: Option<&Path>) -> Result<MeshData, Error> {
         ),
     };
     let grid = Source::open(&grid_path)?;
-    let solution = solution_path.map(|p| Source::open(&p)).transpose()?;
-    read_sources(&grid, solution.as_ref())
+    let solution = solution_path.as_deref().map(Source::open).transpose()?;
+    let mut data = read_sources(&grid, solution.as_ref())?;
+    data.files = [Some(grid_path), solution_path]
+        .into_iter()
+        .flatten()
+        .collect();
+    Ok(data)
 }
 
 /// Reads a grid and its solution from memory.

@@ -75,14 +75,18 @@ pub fn read_mesh(path: &Path, options: &ReadOptions) -> Result<MeshData, Error> 
             help: Some("a solution file goes with a Plot3D grid; leave out --solution".into()),
         });
     }
-    match format {
+    let mut data = match format {
         Format::Plot3d => {
             drop(source); // the reader may need the other file of the pair
             plot3d::read(path, options.solution.as_deref())
         }
         Format::VtkXml => vtu::read(&source),
         Format::VtkLegacy => vtk::read(&source),
+    }?;
+    if data.files.is_empty() {
+        data.files.push(path.to_owned());
     }
+    Ok(data)
 }
 
 enum Format {

@@ -79,7 +79,7 @@ pub(crate) fn read(source: &Source) -> Result<MeshData, Error> {
         points,
         cells,
         fields: to_scalars(reader.arrays),
-        notes: Vec::new(),
+        ..MeshData::default()
     };
     check(&source.path, &data)?;
     data.remove_ghosts(source, &ghosts)?;
