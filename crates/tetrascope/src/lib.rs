@@ -1,1 +1,54 @@
-//! .
+//! Volume rendering of unstructured meshes: pick an algorithm, know its error.
+//!
+//! Tetrascope draws tetrahedra, hexahedra, wedges and pyramids as they are, without
+//! resampling. Each algorithm is a published one in a crate of its own; a ground
+//! truth with a known error bound judges them all. This crate is the way in: the
+//! registry of [`algorithms`], [`volumes`] from files and data sets, and the command
+//! line, `tetrascope`.
+//!
+//! ```
+//! use tetrascope::core::SceneFile;
+//! use tetrascope::core::scene::VolumeSource;
+//! use tetrascope::{Context, Settings, algorithm, io, volumes};
+//!
+//! let mut file = SceneFile::new(VolumeSource {
+//!     dataset: Some("sphere".into()), // or `file: Some("fin.vtu".into())`
+//!     cells: Some(2000),
+//!     ..VolumeSource::default()
+//! });
+//! file.image.width = Some(64);
+//! let volume = volumes::load(&file.volume)?.volume;
+//! let scene = file.resolve(&volume)?; // fills in camera, colors and opacity
+//! let algorithm = algorithm("reference")?;
+//! let settings = Settings::defaults(algorithm);
+//! let renderer = (algorithm.build)(&Context::new(), &volume, &scene.appearance, &settings)?;
+//! let frame = renderer.render(&scene.view)?; // premultiplied linear RGBA in f32
+//! # let folder = tempfile::tempdir().expect("a folder for the picture");
+//! # let path = folder.path().join("sphere.png");
+//! io::write_image(&path, &frame, &[("Title".into(), "Sphere".into())])?;
+//! # Ok::<(), tetrascope::core::Error>(())
+//! ```
+//!
+//! # Features
+//! One a renderer: `reference` (CPU) and `projection` (GPU); `cli` is the program.
+//! Without them this crate reads and describes volumes and draws none.
+
+pub use tetrascope_core as core;
+pub use tetrascope_datasets as datasets;
+#[cfg(feature = "gpu")]
+pub use tetrascope_gpu as gpu;
+pub use tetrascope_io as io;
+#[cfg(feature = "projection")]
+pub use tetrascope_projection as projection;
+#[cfg(feature = "reference")]
+pub use tetrascope_reference as reference;
+
+pub mod algorithms;
+mod context;
+pub mod emptiness;
+mod settings;
+pub mod volumes;
+
+pub use algorithms::{Algorithm, algorithm, algorithms};
+pub use context::{Context, Progress};
+pub use settings::{Setting, Settings, Values};

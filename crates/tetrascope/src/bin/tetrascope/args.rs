@@ -1,0 +1,240 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser as _};
+use clap::{ArgAction, Args, Parser, Subcommand};
+use tetrascope::core::colormap::{Colormap, srgb_to_linear};
+use tetrascope::core::{CameraFit, OpticalModel};
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  failure at run time
+  2  wrong usage: an unknown option, algorithm or setting, or one that does not fit
+  3  input that cannot be read or is invalid: a file, a scene, a field
+  4  no suitable GPU, or one of its limits exceeded
+
+Results go to stdout, progress and messages to stderr. NO_COLOR, RUST_LOG and
+WGPU_ADAPTER_NAME are honored.
+
+Examples:
+  tetrascope render sphere
+  tetrascope render finxyz.bin --field density -o fin.png
+  tetrascope render mesh.vtu --camera fit+x --colormap inferno --size 800x600
+  tetrascope print-scene mesh.vtu > scene.toml
+  tetrascope render --scene scene.toml --algorithm projection -o scene.exr";
+
+/// Draws unstructured meshes by published algorithms, and says how exactly.
+#[derive(Parser)]
+#[command(name = "tetrascope", version, after_help = EXIT_CODES)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) global: Global,
+}
+
+/// Options of every command.
+#[derive(Args)]
+pub(crate) struct Global {
+    /// Print results as JSON on stdout and an error as one JSON line on stderr
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    /// Print warnings and errors only
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// Print more: statistics, then with -vv what the graphics driver logs
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    pub(crate) verbose: u8,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Draw a mesh, a data set or a scene and write the picture
+    Render(RenderArgs),
+    /// Describe a mesh: cells, fields, bounds, problems
+    Info(InfoArgs),
+    /// List the algorithms, each with its paper and its settings
+    Algorithms,
+    /// List the graphics adapters
+    Adapters,
+    /// List the data sets that need no file
+    Datasets,
+    /// List the color maps
+    Colormaps,
+    /// Print the complete scene that `render` would draw, as TOML
+    PrintScene(SceneArgs),
+}
+
+#[derive(Args)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// The algorithm; `tetrascope algorithms` lists them
+    #[arg(short, long, value_name = "NAME", default_value = "reference")]
+    pub(crate) algorithm: String,
+    /// A quality setting of the algorithm; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) settings: Vec<String>,
+    /// Where to write: .png (sRGB), .exr or .npy (linear floats) [default: NAME.png here]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// CPU threads [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+/// A volume and how it looks. Options override the scene file.
+#[derive(Args)]
+pub(crate) struct SceneArgs {
+    /// A mesh file, or a data set's name
+    #[arg(value_name = "FILE|DATASET", required_unless_present = "scene")]
+    pub(crate) volume: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) options: VolumeArgs,
+    /// A scene file, TOML or JSON; paths in it start at its folder
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) scene: Option<PathBuf>,
+    /// The optical model
+    #[arg(short, long, value_name = "MODEL", value_parser = models())]
+    pub(crate) model: Option<OpticalModel>,
+    /// Pixels, as 640x480, or 512 for a square
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<(u32, u32)>,
+    /// Fit the volume from a side: fit+x, fit-y, fit+iso …
+    #[arg(long, value_name = "FIT", value_parser = camera, allow_hyphen_values = true)]
+    pub(crate) camera: Option<CameraFit>,
+    /// Draw with parallel rays
+    #[arg(long)]
+    pub(crate) orthographic: bool,
+    /// The color map, in place of a transfer function
+    #[arg(long, value_name = "NAME", value_parser = colormaps())]
+    pub(crate) colormap: Option<Colormap>,
+    /// The color map's range, in the field's units
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    pub(crate) range: Option<[f64; 2]>,
+    /// The distance over which the color map's opacity counts, world units
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    pub(crate) unit_distance: Option<f64>,
+    /// black, white, transparent, #RRGGBB (sRGB), or linear R,G,B or R,G,B,A
+    #[arg(long, value_name = "COLOR", value_parser = background)]
+    pub(crate) background: Option<[f32; 4]>,
+}
+
+#[derive(Args)]
+pub(crate) struct InfoArgs {
+    /// A mesh file, or a data set's name
+    #[arg(value_name = "FILE|DATASET")]
+    pub(crate) volume: PathBuf,
+    #[command(flatten)]
+    pub(crate) options: VolumeArgs,
+}
+
+/// Which volume, beside its name.
+#[derive(Args)]
+pub(crate) struct VolumeArgs {
+    /// The Plot3D solution of a Plot3D grid [default: found by name]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) solution: Option<PathBuf>,
+    /// The field to draw [default: the first that varies]
+    #[arg(short, long, value_name = "NAME")]
+    pub(crate) field: Option<String>,
+    /// About how many cells a data set should have
+    #[arg(long, value_name = "N")]
+    pub(crate) cells: Option<u64>,
+    /// The seed of a random data set
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+}
+
+fn models() -> impl clap::builder::TypedValueParser<Value = OpticalModel> {
+    PossibleValuesParser::new(OpticalModel::ALL.map(OpticalModel::name)).map(|name| {
+        let model = OpticalModel::ALL.into_iter().find(|m| m.name() == name);
+        model.expect("one of the possible values")
+    })
+}
+
+fn colormaps() -> impl clap::builder::TypedValueParser<Value = Colormap> {
+    PossibleValuesParser::new(Colormap::ALL.map(Colormap::name)).map(|name| {
+        let map = Colormap::ALL.into_iter().find(|m| m.name() == name);
+        map.expect("one of the possible values")
+    })
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let (width, height) = text.split_once(['x', 'X', '×']).unwrap_or((text, text));
+    match (width.parse(), height.parse()) {
+        (Ok(width), Ok(height)) => Ok((width, height)),
+        _ => Err("give whole numbers of pixels, as 640x480".into()),
+    }
+}
+
+fn camera(text: &str) -> Result<CameraFit, String> {
+    CameraFit::parse(text).map_err(|error| error.to_string())
+}
+
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    let parts = text.split(',').map(|part| part.trim().parse().ok());
+    parts.collect()
+}
+
+fn range(text: &str) -> Result<[f64; 2], String> {
+    let numbers = numbers(text).and_then(|n| n.try_into().ok());
+    numbers.ok_or_else(|| "give two numbers, as 0.5,2".into())
+}
+
+fn background(text: &str) -> Result<[f32; 4], String> {
+    let named = match text {
+        "transparent" => Some([0.0; 4]),
+        "black" => Some([0.0, 0.0, 0.0, 1.0]),
+        "white" => Some([1.0; 4]),
+        _ => None,
+    };
+    let linear = || match numbers(text)?[..] {
+        [r, g, b] => Some([r, g, b, 1.0]),
+        [r, g, b, a] => Some([r, g, b, a]),
+        _ => None,
+    };
+    let color = named.or_else(|| hexadecimal(text)).or_else(linear);
+    color.map(|c| c.map(|x| x as f32)).ok_or_else(|| {
+        "give black, white, transparent, #RRGGBB, or linear numbers as 0.1,0.1,0.1".into()
+    })
+}
+
+/// `#RRGGBB`, an opaque sRGB color, to linear RGBA.
+fn hexadecimal(text: &str) -> Option<[f64; 4]> {
+    let digits = text.strip_prefix('#').filter(|d| d.len() == 6)?;
+    let value = u32::from_str_radix(digits, 16).ok()?;
+    let byte = |shift: u32| srgb_to_linear(f64::from(value >> shift & 255) / 255.0);
+    Some([byte(16), byte(8), byte(0), 1.0])
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn the_options_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn values_parse_as_documented() {
+        assert_eq!(size("640x480"), Ok((640, 480)));
+        assert_eq!(size("64"), Ok((64, 64)));
+        for wrong in ["", "64x", "-1x2", "1e3", "4294967296x1"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(range("-1,2.5"), Ok([-1.0, 2.5]));
+        assert!(range("1").is_err() && range("1,2,3").is_err() && range("a,b").is_err());
+        assert_eq!(background("#ffffff"), Ok([1.0; 4]));
+        assert_eq!(background("0.5,0,0"), Ok([0.5, 0.0, 0.0, 1.0]));
+        assert_eq!(background("1,1,1,0.25"), Ok([1.0, 1.0, 1.0, 0.25]));
+        for wrong in ["", "#fff", "#gggggg", "red", "1,2"] {
+            assert!(background(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! `info`: what a mesh consists of and what is wrong with it.
+
+use serde_json::{Value, json};
+use tetrascope::core::mesh::{BoundaryStatistics, MeshReport, type_name};
+use tetrascope::core::scene::default_unit_distance;
+use tetrascope::core::{Bounds, Error, OpticalModel, TetMesh, Volume};
+use tetrascope::volumes::{self, FieldSummary, Loaded};
+
+use crate::args::InfoArgs;
+use crate::output::{Output, Stop};
+use crate::scene::source;
+
+pub(crate) fn run(args: &InfoArgs, output: &Output) -> Result<(), Stop> {
+    let source = source(Some(&args.volume), &args.options)?;
+    let what = format!("loading {}", args.volume.display());
+    let (loaded, _) = output.timed(&what, || volumes::load(&source))?;
+    let Volume::Mesh(mesh) = &loaded.volume else {
+        return Err(Error::invalid("`info` describes meshes, and this is none").into());
+    };
+    let (facts, _) = output.timed("examining the mesh", || Ok(Facts::of(&loaded, mesh)))?;
+    if output.json() {
+        return output.json_result(&facts.json());
+    }
+    output.result(facts.text().join("\n"))
+}
+
+struct Facts<'a> {
+    loaded: &'a Loaded,
+    mesh: &'a TetMesh,
+    bounds: Bounds,
+    report: MeshReport,
+    boundary: &'a BoundaryStatistics,
+    unit_distance: f64,
+}
+
+impl Facts<'_> {
+    fn of<'a>(loaded: &'a Loaded, mesh: &'a TetMesh) -> Facts<'a> {
+        let model = OpticalModel::EmissionAbsorption;
+        Facts {
+            loaded,
+            mesh,
+            bounds: mesh.bounds(),
+            report: mesh.report(),
+            boundary: mesh.boundary_statistics(),
+            unit_distance: default_unit_distance(&loaded.volume, model).0,
+        }
+    }
+
+    fn text(&self) -> Vec<String> {
+        let mut lines = vec!["cells".to_owned()];
+        for (&kind, count) in &self.report.cells_by_type {
+            lines.push(format!("  {} × {count}", type_name(kind)));
+        }
+        lines.push(format!("tetrahedra     {}", self.report.tetrahedra));
+        lines.push(format!("points         {}", self.mesh.points().len()));
+        lines.push("fields".into());
+        let chosen = &self.mesh.scalars().name;
+        for FieldSummary {
+            name,
+            association,
+            range,
+        } in &self.loaded.fields
+        {
+            let range = match range {
+                Some((low, high)) => format!("[{low}, {high}]"),
+                None => "no finite value".into(),
+            };
+            let drawn = if name == chosen { ", drawn" } else { "" };
+            lines.push(format!("  {name} {range} ({association}{drawn})"));
+        }
+        let Bounds { min, max } = self.bounds;
+        lines.push(format!("bounds         {min} to {max}"));
+        lines.push(format!("volume         {}", self.mesh.volume()));
+        lines.push(format!("boundary       {}", self.shape()));
+        lines.push(format!("unit distance  {}", self.unit_distance));
+        lines.push("notes".into());
+        if self.loaded.notes.is_empty() {
+            lines.push("  none: no problems found".into());
+        }
+        lines.extend(self.loaded.notes.iter().map(|note| format!("  {note}")));
+        lines
+    }
+
+    /// The boundary in a line.
+    fn shape(&self) -> String {
+        let b = self.boundary;
+        let convex = if b.convex { "convex" } else { "not convex" };
+        let closed = if b.closed {
+            "closed"
+        } else {
+            "not a closed surface"
+        };
+        let parts = match b.components {
+            1 => "one part".into(),
+            n => format!("{n} parts"),
+        };
+        format!(
+            "{} triangles, {convex}, {closed}, {parts}, Euler characteristic {}",
+            b.faces, b.euler_characteristic
+        )
+    }
+
+    fn json(&self) -> Value {
+        let r = &self.report;
+        let b = self.boundary;
+        let types = r.cells_by_type.iter();
+        let types = types.map(
+            |(&kind, count)| json!({"vtk_type": kind, "name": type_name(kind), "count": count}),
+        );
+        json!({
+            "cells": types.collect::<Vec<Value>>(),
+            "tetrahedra": r.tetrahedra,
+            "points": self.mesh.points().len(),
+            "fields": self.loaded.fields,
+            "field": self.mesh.scalars().name,
+            "bounds": [self.bounds.min, self.bounds.max],
+            "volume": self.mesh.volume(),
+            "boundary": {
+                "faces": b.faces,
+                "edges": b.edges,
+                "vertices": b.vertices,
+                "components": b.components,
+                "euler_characteristic": b.euler_characteristic,
+                "closed": b.closed,
+                "convex": b.convex,
+            },
+            "unit_distance": self.unit_distance,
+            "notes": self.loaded.notes,
+        })
+    }
+}

@@ -1,0 +1,70 @@
+//! The command line of Tetrascope.
+//!
+//! [`args`] says what can be typed; one module each runs `render`, `info` and the
+//! lists; [`scene`] makes a scene from options; [`output`] is all that is printed:
+//! results on stdout, everything else on stderr.
+
+mod args;
+mod info;
+mod lists;
+mod output;
+mod picture;
+mod render;
+mod scene;
+
+use std::io::IsTerminal as _;
+use std::process::ExitCode;
+
+use clap::Parser as _;
+use tetrascope::core::ErrorKind;
+
+use args::{Cli, Command};
+use output::{Output, Stop};
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return output::usage(&error),
+    };
+    let output = Output::new(&cli.global);
+    log(cli.global.verbose, output.color());
+    let done = match &cli.command {
+        Command::Render(args) => render::run(args, &output),
+        Command::Info(args) => info::run(args, &output),
+        Command::PrintScene(args) => scene::run(args, &output),
+        Command::Algorithms => lists::algorithms(&output),
+        Command::Adapters => lists::adapters(&output),
+        Command::Datasets => lists::datasets(&output),
+        Command::Colormaps => lists::colormaps(&output),
+    };
+    match done {
+        Ok(()) | Err(Stop::ClosedPipe) => ExitCode::SUCCESS,
+        Err(Stop::Error(error)) => {
+            let code = exit_code(error.kind());
+            output.error(&error, code);
+            ExitCode::from(code)
+        }
+    }
+}
+
+/// As `--help` documents them.
+fn exit_code(kind: ErrorKind) -> u8 {
+    match kind {
+        ErrorKind::Failure => 1,
+        ErrorKind::Usage => 2,
+        ErrorKind::Input => 3,
+        ErrorKind::Gpu => 4,
+    }
+}
+
+/// Sends the libraries' log to stderr; `RUST_LOG` chooses, else `-v` and `-vv`.
+fn log(verbose: u8, color: bool) {
+    let level = ["error", "info", "debug", "trace"][usize::from(verbose.min(3))];
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(color && std::io::stderr().is_terminal())
+        .init();
+}

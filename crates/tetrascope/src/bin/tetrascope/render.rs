@@ -1,0 +1,94 @@
+//! `render`: a volume to a picture.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+use tetrascope::core::Error;
+use tetrascope::io::image::{self, write_image};
+use tetrascope::{Context, Settings, emptiness};
+
+use crate::args::RenderArgs;
+use crate::output::{Output, Stop};
+use crate::picture::{Input, Picture, Times};
+use crate::scene::Request;
+
+pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
+    // What can be refused at once is refused before the volume is read.
+    let algorithm = tetrascope::algorithm(&args.algorithm)?;
+    let settings = Settings::parse(algorithm, args.settings.iter().map(String::as_str))?;
+    let request = Request::new(&args.scene)?;
+    let path = match &args.output {
+        Some(path) => path.clone(),
+        None => PathBuf::from(format!("{}.png", request.stem())),
+    };
+    image::check_path(&path)?;
+    if let Some(threads) = args.threads {
+        use_threads(threads.into())?;
+    }
+
+    let (loaded, load) = request.load(output)?;
+    let inputs = loaded.files.iter().map(|path| Input::of(path));
+    let inputs = inputs.collect::<Result<Vec<Input>, Error>>()?;
+    let volume = &loaded.volume;
+    let scene = request.resolve(volume, output)?;
+    (algorithm.supports)(volume, &scene.appearance, &scene.view)?;
+
+    let context = match output.progress() {
+        Some(progress) => Context::new().with_progress(progress),
+        None => Context::new(),
+    };
+    let what = format!("preparing {} {settings}", algorithm.name);
+    let (renderer, prepare) = output.timed(what.trim_end(), || {
+        (algorithm.build)(&context, volume, &scene.appearance, &settings)
+    })?;
+    let adapter = context.adapter();
+    if let Some(adapter) = &adapter {
+        output.note(format_args!("  {adapter}"));
+    }
+    let what = format!("drawing {}x{} pixels", scene.view.width, scene.view.height);
+    let (frame, render) = output.timed(&what, || renderer.render(&scene.view))?;
+    for note in &frame.stats.notes {
+        output.note(format_args!("  {note}"));
+    }
+    let warning = emptiness::explain(volume, &scene.appearance, &scene.view, &frame);
+
+    let picture = Picture {
+        algorithm,
+        settings,
+        loaded: &loaded,
+        inputs,
+        scene,
+        adapter,
+        frame,
+    };
+    let ((), write) = output.timed(&format!("writing {}", path.display()), || {
+        write_image(&path, &picture.frame, &picture.metadata())
+    })?;
+    if let Some(warning) = &warning {
+        output.warning(warning);
+    }
+    for line in picture.statistics() {
+        output.detail(format_args!("  {line}"));
+    }
+    if !output.json() {
+        return output.result(path.display());
+    }
+    let mut report = picture.report(&Times {
+        load,
+        prepare,
+        render,
+        write,
+    });
+    report["output"] = json!(path);
+    let warnings = warning
+        .iter()
+        .map(|w| json!({"message": w.to_string(), "help": w.help()}));
+    report["warnings"] = warnings.collect();
+    output.json_result(&report)
+}
+
+fn use_threads(count: usize) -> Result<(), Error> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
+    pool.build_global()
+        .map_err(|error| Error::invalid(format!("cannot start {count} threads: {error}")))
+}

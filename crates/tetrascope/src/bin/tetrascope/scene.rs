@@ -1,0 +1,244 @@
+//! The scene that options and scene file ask for, and `print-scene`.
+
+use std::path::{Path, PathBuf};
+
+use tetrascope::core::error::nearest;
+use tetrascope::core::scene::{CameraSpec, ProjectionKind, VolumeSource};
+use tetrascope::core::{Error, Scene, SceneFile, Volume};
+use tetrascope::datasets;
+use tetrascope::volumes::{self, Loaded};
+
+use crate::args::{SceneArgs, VolumeArgs};
+use crate::output::{Output, Stop};
+
+/// A scene that is asked for, before its volume is there.
+pub(crate) struct Request {
+    /// What the scene file or the data set says, changed by the options.
+    pub(crate) file: SceneFile,
+    /// The scene file, if there is one: errors name it.
+    origin: Option<PathBuf>,
+    /// What options replaced, one line each.
+    notes: Vec<String>,
+}
+
+/// Prints the complete scene.
+pub(crate) fn run(args: &SceneArgs, output: &Output) -> Result<(), Stop> {
+    let request = Request::new(args)?;
+    let (loaded, _) = request.load(output)?;
+    let scene = request.resolve(&loaded.volume, output)?;
+    if output.json() {
+        let value = serde_json::to_value(scene.to_file()).expect("a scene is JSON");
+        return output.json_result(&value);
+    }
+    output.result(scene.to_toml().trim_end())
+}
+
+impl Request {
+    /// Reads the scene file, if any, and applies the options.
+    pub(crate) fn new(args: &SceneArgs) -> Result<Request, Error> {
+        let mut request = Request {
+            file: SceneFile::new(VolumeSource::default()),
+            origin: args.scene.clone(),
+            notes: Vec::new(),
+        };
+        if let Some(path) = &args.scene {
+            request.file = read(path)?;
+        }
+        let given = source(args.volume.as_deref(), &args.options)?;
+        if given.file.is_some() || given.dataset.is_some() {
+            match (&given.dataset, &args.scene) {
+                (Some(name), None) => request.file = datasets::find(name)?.scene(),
+                _ => {
+                    // Another volume in the scene's look; a field of that name is still meant.
+                    let field = request.file.volume.field.take();
+                    request.file.volume = VolumeSource {
+                        field,
+                        ..VolumeSource::default()
+                    };
+                }
+            }
+        }
+        merge(&mut request.file.volume, given);
+        request.apply(args);
+        Ok(request)
+    }
+
+    /// The options that change the picture.
+    fn apply(&mut self, args: &SceneArgs) {
+        let scene = &mut self.file;
+        if let Some((width, height)) = args.size {
+            (scene.image.width, scene.image.height) = (Some(width), Some(height));
+        }
+        if args.background.is_some() {
+            scene.image.background = args.background;
+        }
+        if args.camera.is_some() {
+            scene.camera = CameraSpec {
+                fit: args.camera,
+                ..CameraSpec::default()
+            };
+        }
+        if args.orthographic {
+            scene.camera.projection = Some(ProjectionKind::Orthographic);
+        }
+        if args.model.is_some() {
+            scene.appearance.optical_model = args.model;
+        }
+        let restyled =
+            args.colormap.is_some() || args.range.is_some() || args.unit_distance.is_some();
+        if restyled && scene.appearance.transfer_function.take().is_some() {
+            self.notes
+                .push("a color map replaces the scene's transfer function".into());
+        }
+        let look = &mut scene.appearance;
+        look.colormap = args.colormap.or(look.colormap);
+        look.range = args.range.or(look.range);
+        look.unit_distance = args.unit_distance.or(look.unit_distance);
+    }
+
+    /// Loads the volume; prints what was found out. Gives the seconds too.
+    pub(crate) fn load(&self, output: &Output) -> Result<(Loaded, f64), Error> {
+        let source = &self.file.volume;
+        let (loaded, seconds) = output
+            .timed(&format!("loading {}", name(source)), || {
+                volumes::load(source)
+            })
+            .map_err(|error| self.place(error))?;
+        output.note(format_args!("  {}", loaded.description));
+        for note in &loaded.notes {
+            output.note(format_args!("  {note}"));
+        }
+        Ok((loaded, seconds))
+    }
+
+    /// Completes the scene for `volume`; prints what was chosen.
+    pub(crate) fn resolve(&self, volume: &Volume, output: &Output) -> Result<Scene, Error> {
+        let mut scene = self
+            .file
+            .resolve(volume)
+            .map_err(|error| self.place(error))?;
+        scene.defaults.splice(0..0, self.notes.iter().cloned());
+        for line in &scene.defaults {
+            output.note(format_args!("  {line}"));
+        }
+        Ok(scene)
+    }
+
+    /// What the picture is called unless the user says: the scene's, the file's or
+    /// the data set's name, without folder and extension.
+    pub(crate) fn stem(&self) -> String {
+        let source = &self.file.volume;
+        let file = self.origin.as_deref().or(source.file.as_deref());
+        match (file.and_then(Path::file_stem), &source.dataset) {
+            (Some(stem), _) => stem.to_string_lossy().into_owned(),
+            (None, Some(dataset)) => dataset.clone(),
+            (None, None) => "picture".into(),
+        }
+    }
+
+    /// Adds the scene file to an error that comes from what it says.
+    fn place(&self, error: Error) -> Error {
+        let Some(path) = &self.origin else {
+            return error;
+        };
+        let file = path.display().to_string();
+        let help = error.help();
+        match error {
+            Error::Invalid { what, help } => Error::Scene {
+                at: file,
+                what,
+                help,
+            },
+            Error::Scene { at, what, help } => Error::Scene {
+                at: format!("{at} of {file}"),
+                what,
+                help,
+            },
+            // A wrong name is wrong usage on the command line, but wrong input here.
+            Error::Unknown { .. } => Error::Scene {
+                at: file,
+                what: error.to_string(),
+                help,
+            },
+            other => other,
+        }
+    }
+}
+
+/// The volume that the command line names, without a scene.
+pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeSource, Error> {
+    let mut source = VolumeSource {
+        solution: args.solution.clone(),
+        cells: args.cells,
+        seed: args.seed,
+        field: args.field.clone(),
+        ..VolumeSource::default()
+    };
+    let Some(volume) = volume else {
+        return Ok(source);
+    };
+    let name = volume.to_string_lossy();
+    let names: Vec<&str> = datasets::all().iter().map(|dataset| dataset.name).collect();
+    // A name with a folder or an extension means a file, so that opening it says what
+    // is wrong; so does a file that happens to be called like a data set.
+    let is_path = volume.components().count() > 1 || volume.extension().is_some();
+    if volume.exists() || is_path {
+        source.file = Some(volume.to_owned());
+    } else if names.contains(&name.as_ref()) {
+        source.dataset = Some(name.into_owned());
+    } else {
+        let help = match nearest(&name, &names) {
+            Some(near) => format!("did you mean '{near}'?"),
+            None => "give the path of a mesh file, or one of these data sets".into(),
+        };
+        return Err(Error::Invalid {
+            what: format!("'{name}' is neither a file nor a data set"),
+            help: Some(format!("{help} (data sets: {})", names.join(", "))),
+        });
+    }
+    Ok(source)
+}
+
+/// Puts what `given` says over `source`.
+fn merge(source: &mut VolumeSource, given: VolumeSource) {
+    source.file = given.file.or(source.file.take());
+    source.dataset = given.dataset.or(source.dataset.take());
+    source.solution = given.solution.or(source.solution.take());
+    source.field = given.field.or(source.field.take());
+    source.cells = given.cells.or(source.cells);
+    source.seed = given.seed.or(source.seed);
+}
+
+fn name(source: &VolumeSource) -> String {
+    match (&source.file, &source.dataset) {
+        (Some(file), _) => file.display().to_string(),
+        (None, Some(dataset)) => format!("data set {dataset}"),
+        (None, None) => "nothing".into(),
+    }
+}
+
+/// No scene is longer; a mesh given as a scene by mistake is.
+const MAX_SCENE_BYTES: u64 = 16 << 20;
+
+fn read(path: &Path) -> Result<SceneFile, Error> {
+    let failed = |source| Error::Io {
+        action: "cannot read",
+        path: path.to_owned(),
+        source,
+    };
+    let invalid = |what: String| Error::Scene {
+        at: path.display().to_string(),
+        what,
+        help: Some("a scene is TOML or JSON; `tetrascope print-scene sphere` prints one".into()),
+    };
+    let length = std::fs::metadata(path).map_err(failed)?.len();
+    if length > MAX_SCENE_BYTES {
+        return Err(invalid(format!("{length} bytes are no scene file")));
+    }
+    let bytes = std::fs::read(path).map_err(failed)?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        invalid(format!("byte {at} is no text (UTF-8)"))
+    })?;
+    SceneFile::parse(&text, path)
+}

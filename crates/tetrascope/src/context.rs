@@ -1,0 +1,59 @@
+//! What algorithms are built with: the graphics device, and whom to tell of progress.
+
+use std::sync::Arc;
+#[cfg(feature = "gpu")]
+use std::sync::OnceLock;
+
+#[cfg(feature = "gpu")]
+use tetrascope_core::Error;
+#[cfg(feature = "gpu")]
+use tetrascope_gpu::{Gpu, GpuOptions};
+
+/// Is told which share of a frame is done, increasing to 1, from any thread.
+pub type Progress = Arc<dyn Fn(f64) + Send + Sync>;
+
+/// What algorithms share: the graphics device, made when first needed.
+#[derive(Default)]
+pub struct Context {
+    progress: Option<Progress>,
+    #[cfg(feature = "gpu")]
+    gpu: OnceLock<Gpu>,
+}
+
+impl Context {
+    /// A context without a device so far.
+    pub fn new() -> Context {
+        Context::default()
+    }
+
+    /// The same context; algorithms that can tell their progress call `progress`.
+    pub fn with_progress(mut self, progress: Progress) -> Context {
+        self.progress = Some(progress);
+        self
+    }
+
+    /// Whom to tell of progress.
+    pub fn progress(&self) -> Option<&Progress> {
+        self.progress.as_ref()
+    }
+
+    /// The graphics device, made on the first call and kept.
+    ///
+    /// [`Error::NoAdapter`] where there is none; the next call looks again.
+    #[cfg(feature = "gpu")]
+    pub fn gpu(&self) -> Result<&Gpu, Error> {
+        if let Some(gpu) = self.gpu.get() {
+            return Ok(gpu);
+        }
+        let gpu = Gpu::new(&GpuOptions::default())?;
+        Ok(self.gpu.get_or_init(|| gpu))
+    }
+
+    /// The adapter in words, if a device was made.
+    pub fn adapter(&self) -> Option<String> {
+        #[cfg(feature = "gpu")]
+        return self.gpu.get().map(Gpu::describe);
+        #[cfg(not(feature = "gpu"))]
+        None
+    }
+}

@@ -1,0 +1,158 @@
+//! A volume from where a scene says it is: a file or a data set.
+
+use std::path::{Path, PathBuf};
+
+use tetrascope_core::mesh::{Association, type_name};
+use tetrascope_core::scene::VolumeSource;
+use tetrascope_core::{Error, Scalars, TetMesh, Volume};
+use tetrascope_datasets::Options;
+use tetrascope_io::{ReadOptions, read_mesh};
+
+/// A volume and what was found out while loading it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// What can be drawn, with the chosen field.
+    pub volume: Volume,
+    /// What it is, one line: cells before and after splitting, and the field.
+    pub description: String,
+    /// What was found out, repaired or left out, one sentence each.
+    pub notes: Vec<String>,
+    /// Every scalar field that the source offers.
+    pub fields: Vec<FieldSummary>,
+    /// The files that were read.
+    pub files: Vec<PathBuf>,
+}
+
+/// A field that a source offers.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct FieldSummary {
+    /// What the source calls it.
+    pub name: String,
+    /// "point" or "cell".
+    pub association: &'static str,
+    /// The least and greatest finite value that cells use, if there is any.
+    pub range: Option<(f64, f64)>,
+}
+
+/// Reads or makes the volume that `source` names.
+///
+/// # Errors
+/// Those of [`read_mesh`] and of [`Dataset::mesh`](tetrascope_datasets::Dataset::mesh);
+/// [`Error::NoSuchField`] with the fields that exist; [`Error::Invalid`] for a
+/// source that names no volume, or two, or options that do not go with it.
+pub fn load(source: &VolumeSource) -> Result<Loaded, Error> {
+    match (&source.file, &source.dataset) {
+        (Some(_), Some(name)) => wrong(
+            format!("a volume is a file or a data set, not both (data set '{name}')"),
+            "remove one of the two",
+        ),
+        (Some(_), None) if source.cells.is_some() || source.seed.is_some() => wrong(
+            "`cells` and `seed` are for data sets, and the volume is a file".into(),
+            "leave them out",
+        ),
+        (None, Some(_)) if source.solution.is_some() => wrong(
+            "`solution` is for Plot3D files, and the volume is a data set".into(),
+            "leave it out",
+        ),
+        (Some(path), None) => from_file(path, source),
+        (None, Some(name)) => from_dataset(name, source),
+        (None, None) => wrong(
+            "the scene names no volume".into(),
+            "add file or dataset under [volume], or name one on the command line",
+        ),
+    }
+}
+
+fn wrong(what: String, help: &str) -> Result<Loaded, Error> {
+    Err(Error::Invalid {
+        what,
+        help: Some(help.into()),
+    })
+}
+
+fn from_file(path: &Path, source: &VolumeSource) -> Result<Loaded, Error> {
+    let options = ReadOptions {
+        solution: source.solution.clone(),
+    };
+    let mut data = read_mesh(path, &options)?;
+    let notes = std::mem::take(&mut data.notes);
+    let files = std::mem::take(&mut data.files);
+    let ranges = data.field_ranges();
+    let fields = data
+        .fields
+        .iter()
+        .zip(ranges)
+        .map(|(field, range)| FieldSummary {
+            name: field.name.clone(),
+            association: association(field),
+            range,
+        });
+    let fields = fields.collect();
+    let mesh = data.into_mesh(source.field.as_deref())?;
+    Ok(loaded(mesh, notes, fields, files))
+}
+
+fn from_dataset(name: &str, source: &VolumeSource) -> Result<Loaded, Error> {
+    let mesh = tetrascope_datasets::find(name)?.mesh(&Options {
+        cells: source.cells,
+        seed: source.seed,
+    })?;
+    let field = FieldSummary {
+        name: mesh.scalars().name.clone(),
+        association: association(mesh.scalars()),
+        range: mesh.scalar_range(),
+    };
+    if let Some(wanted) = source
+        .field
+        .as_ref()
+        .filter(|wanted| **wanted != field.name)
+    {
+        let range = field
+            .range
+            .map_or(String::new(), |(low, high)| format!(" [{low}, {high}]"));
+        return Err(Error::NoSuchField {
+            name: wanted.clone(),
+            available: vec![format!("{}{range} ({})", field.name, field.association)],
+        });
+    }
+    Ok(loaded(mesh, Vec::new(), vec![field], Vec::new()))
+}
+
+/// VTK's number.
+const VTK_TETRA: u8 = 10;
+
+fn loaded(
+    mesh: TetMesh,
+    mut notes: Vec<String>,
+    fields: Vec<FieldSummary>,
+    files: Vec<PathBuf>,
+) -> Loaded {
+    let report = mesh.report();
+    notes.extend(report.notes());
+    let mut description = format!("{} tetrahedra", mesh.cell_count());
+    if report.cells_by_type.keys().any(|&kind| kind != VTK_TETRA) {
+        let counts = report.cells_by_type.iter();
+        let counts = counts.map(|(&kind, count)| format!("{} × {count}", type_name(kind)));
+        let counts: Vec<String> = counts.collect();
+        description += &format!(" from {}", counts.join(", "));
+    }
+    description += &format!(
+        ", field '{}' ({})",
+        mesh.scalars().name,
+        association(mesh.scalars())
+    );
+    Loaded {
+        volume: Volume::Mesh(mesh),
+        description,
+        notes,
+        fields,
+        files,
+    }
+}
+
+fn association(field: &Scalars) -> &'static str {
+    match field.association {
+        Association::Point => "point",
+        Association::Cell => "cell",
+    }
+}
