@@ -1,44 +1,49 @@
 //! How wrong a pixel can be: a bound on the effect of rounding, from the ray's own crossings.
 //!
-//! # Where faces are
+//! # Where the mesh is
 //! With lengths in units of the [`RayFrame`](crate::frame::RayFrame), in which no
-//! vertex is farther than 1, and u = 2⁻⁵³:
+//! vertex is farther than 1, and u = 2⁻⁵³: a vertex, turned into the frame and
+//! sheared along a ray, is off by at most 8 u in each coordinate: 1 for subtracting
+//! the eye, 3 for the dot product, 2 for the axes' own rounding, 2 for the shear.
 //!
-//! - A vertex, turned into the frame and sheared along a ray, is off by at most
-//!   16 u: 1 for subtracting the eye, 2√3 + 4 for the dot products and the axes'
-//!   own rounding, 4 for the shear, and some to spare.
-//! - Where a ray meets a face, its vertices are at most L = diameter · |d| away
-//!   from the ray. The edge functions w = a × b are then off by at most
-//!   2 √2 · 16 u L for the vertices and 2 u L² for the products, L < 2 |d|, and
-//!   a barycentric coordinate w/W, W = Σ |w|, by four times that over W. So a
-//!   coordinate is off by at most q = 256 u L / W, and never by more than 1.
-//! - z and scalar at the face are off by at most q times their range in the cell,
-//!   z by another 64 u for the vertices' own z.
+//! From there on all is relative to what these vertices say: the weights that
+//! interpolate z and scalar in a face are good to 65 u of themselves, so that
+//! they name a point on the ray to 130 u of the face's size, which is a small part
+//! of the unit. So a ray sees, to rounding, an exact mesh whose points are moved by δ = 32 u at
+//! most, and all cells of one ray see the same one.
 //!
 //! # What it does to the integral
+//! A scalar on the ray is off by at most δs = δ |∇s|, and never by more than its range in
+//! the cell. Twice that is taken, as the ray may be in a neighbor instead.
 //! L = ∫ c σ T dt + T B changes by at most ∫ (σ |δc| + C |δσ|) dt, to first order,
 //! with C the greatest of all colors, the background, and 1 for opacity (T ≤ 1 is
-//! left out). On a segment of length l whose ends move by δz and δs:
+//! left out). For a segment of length l with the scalars' difference Δs that is
 //!
-//! - linear pieces: (C max|dσ/ds| + max σ max|dc/ds|) (l δs + |Δs| δz),
-//! - steps of the transfer function inside it: their heights times
-//!   min(l, l δs/|Δs| + δz),
-//! - ends that no neighbor shares (the boundary, or cell data): C max σ δz. Ends that two
-//!   cells share agree to the last bit and move together, which the first line covers.
+//! - where color and extinction are linear: (C max|dσ/ds| + max σ max|dc/ds|) l δs,
+//! - for steps of the transfer function inside it: their heights times
+//!   min(l, l δs/|Δs|), by which the step moves,
+//! - for an end that no neighbor shares (the boundary, or cell data): C max σ δz.
 //!
-//! The greatest color on a ray moves by max|dc/ds| δs, and by a step's height
-//! where one is within δs of an end.
+//! There δz = q Δz + 64 u: edge functions are w = a × b of sheared vertices no longer than
+//! L = diameter · |d|, so those of the moved face differ by 2 √2 · 8 u L = 23 u L each,
+//! and the barycentric coordinates w/W, W = Σ |w|, by half of 2 Σ |δw| / W in all, 69 u L / W;
+//! q is 96 u L / W, and not above 1.
+//!
+//! The greatest color on a ray moves by max|dc/ds| δs, and by the height of
+//! steps that are in the cell's range.
 //!
 //! # Integration
-//! The closed form of one segment is good to 1e-14 of its own opacity, and n of
-//! them are summed.
+//! [`RayIntegral::rounding_bound`](tetrascope_core::optics::RayIntegral::rounding_bound),
+//! which assumes a background of at most 1 and here is multiplied with C.
 
 use tetrascope_core::{Appearance, Knot, OpticalModel};
 
-use crate::cell::Crossing;
+use crate::cell::{Cell, Crossing};
 
+/// 2 δ.
+const DISPLACEMENT: f64 = 64.0 * UNIT;
 /// q per L / W.
-const SHIFT: f64 = 256.0 * UNIT;
+const SHIFT: f64 = 96.0 * UNIT;
 /// Of a z by its vertices' z.
 const Z_ROUNDING: f64 = 64.0 * UNIT;
 /// The unit roundoff u.
@@ -63,7 +68,8 @@ pub(crate) struct CellSteepness {
     /// Per length, or absolute for `MaximumIntensity`.
     steps: f64,
     z_range: f64,
-    scalar_range: f64,
+    /// δs, the field's units.
+    scalar_blur: f64,
 }
 
 impl<'a> Steepness<'a> {
@@ -79,9 +85,10 @@ impl<'a> Steepness<'a> {
         }
     }
 
-    /// The steepness in a cell with these least and greatest scalars and z.
-    pub(crate) fn of_cell(&self, scalars: (f64, f64), z: (f64, f64)) -> CellSteepness {
-        let (low, high) = scalars;
+    /// The steepness in a cell.
+    pub(crate) fn of_cell(&self, cell: &Cell) -> CellSteepness {
+        let (low, high) = cell.scalar_range();
+        let (nearest, farthest) = cell.z_range();
         let knots = self.knots;
         // All knots that bound an interval which the range touches.
         let first = knots.partition_point(|k| k.scalar < low).saturating_sub(1);
@@ -116,8 +123,9 @@ impl<'a> Steepness<'a> {
         CellSteepness {
             slope,
             steps,
-            z_range: z.1 - z.0,
-            scalar_range: (high - low).max(0.0),
+            z_range: farthest - nearest,
+            // `min` also turns the NaN of a flat cell into the range.
+            scalar_blur: (DISPLACEMENT * cell.gradient()).min((high - low).max(0.0)),
         }
     }
 
@@ -142,44 +150,29 @@ impl<'a> Steepness<'a> {
             _ => *error += more,
         }
     }
-
-    /// A bound on the rounding errors of integrating `segments` pieces of a ray.
-    pub(crate) fn of_integration(&self, segments: usize, optical_depth: f64, light: f64) -> f64 {
-        // Each piece is good to 1e-14 of itself; the sum's terms round once each;
-        // e^(−τ) inherits τ's relative error of 2 u, and τ e^(−τ) < 1.
-        let per_piece = 1e-14 + (segments as f64 + 4.0) * UNIT;
-        let depth = if optical_depth > 0.0 { 8.0 * UNIT } else { 0.0 };
-        per_piece * light + self.brightest * (depth + 4.0 * UNIT)
-    }
 }
 
 impl CellSteepness {
-    /// How far the crossing's z and scalars may be off, both faces together:
-    /// frame units, and the field's.
-    pub(crate) fn blur(&self, crossing: &Crossing, slant: f64) -> (f64, f64) {
+    /// How far both of a crossing's z may be off together, frame units.
+    #[inline]
+    pub(crate) fn blur(&self, crossing: &Crossing, slant: f64) -> f64 {
         // `min` turns NaN, of a cell without extent, into the 2 of two faces.
         let q = (SHIFT * slant * crossing.sensitivity).min(2.0);
-        (q * self.z_range + Z_ROUNDING, q * self.scalar_range)
+        q * self.z_range + Z_ROUNDING
     }
 
-    /// A bound on the error that `blur` makes in a segment.
-    pub(crate) fn error(
-        &self,
-        crossing: &Crossing,
-        (dz, ds): (f64, f64),
-        length_per_z: f64,
-        model: OpticalModel,
-    ) -> f64 {
+    /// A bound on the error of a crossing whose ends neighbors share.
+    #[inline]
+    pub(crate) fn error(&self, crossing: &Crossing, length_per_z: f64, model: OpticalModel) -> f64 {
         if model == OpticalModel::MaximumIntensity {
-            return self.slope * ds + self.steps;
+            return self.slope * self.scalar_blur + self.steps;
         }
         let length = (crossing.z_out - crossing.z_in) * length_per_z;
-        let dz = dz * length_per_z;
-        let change = (crossing.scalar_out - crossing.scalar_in).abs();
-        let mut error = self.slope * (length * ds + change * dz);
+        let mut error = self.slope * length * self.scalar_blur;
         if self.steps > 0.0 {
-            let moved = if change > 0.0 { ds / change } else { 1.0 };
-            error += self.steps * length.min(length * moved + dz);
+            let change = (crossing.scalar_out - crossing.scalar_in).abs();
+            // A NaN, of 0/0, is a whole segment too.
+            error += self.steps * length * (self.scalar_blur / change).min(1.0);
         }
         error
     }

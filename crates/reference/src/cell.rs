@@ -2,7 +2,7 @@
 
 use tetrascope_core::glam::{DVec2, DVec3};
 
-use crate::predicate::edge_sign;
+use crate::predicate::{area, edge_sign};
 
 /// A cell in a [`RayFrame`](crate::frame::RayFrame), vertices by increasing index.
 #[derive(Clone, Copy, Debug)]
@@ -81,6 +81,19 @@ impl Cell {
         (min.is_finite() && max.is_finite()).then_some((min, max))
     }
 
+    /// The greatest rate of change of the scalar, in scalars per unit of the
+    /// frame; infinite or NaN in a flat cell whose scalars differ.
+    pub(crate) fn gradient(&self) -> f64 {
+        let at = |i: usize| DVec3::new(self.x[i], self.y[i], self.z[i]);
+        let [a, b, c] = [1, 2, 3].map(|i| at(i) - at(0));
+        let [p, q, r] = [1, 2, 3].map(|i| self.scalars[i] - self.scalars[0]);
+        let sum = p * b.cross(c) + q * c.cross(a) + r * a.cross(b);
+        if sum == DVec3::ZERO {
+            return 0.0;
+        }
+        (sum / a.dot(b.cross(c))).length()
+    }
+
     /// The vertices' distances above the rays at `y`.
     #[inline]
     pub(crate) fn above(&self, y: f64) -> [f64; 4] {
@@ -96,42 +109,49 @@ impl Cell {
         xs: &[f64; N],
         mut found: impl FnMut(usize, Crossing),
     ) {
-        // Sheared vertices, then twice the signed areas that edges span with the ray.
-        let beside: [[f64; N]; 4] =
-            std::array::from_fn(|i| xs.map(|x| self.x[i] - x * self.shear[i]));
-        let areas: [[f64; N]; 6] = EDGES.map(|(i, j)| {
-            std::array::from_fn(|lane| beside[i][lane] * above[j] - above[i] * beside[j][lane])
-        });
-        // Sign bits: a face is crossed where (i, j), (j, k) and (k, i) agree. The
-        // difference of two rounded products has the sign of their comparison; 0 is a tie.
-        let mut crossed = [[0u64; N]; 4];
-        for (face, (_, [ij, ik, jk])) in FACES.iter().enumerate() {
-            for lane in 0..N {
-                let [ij, ik, jk] = [ij, ik, jk].map(|&edge| areas[edge][lane].to_bits());
-                crossed[face][lane] = !(ij ^ jk) & (ij ^ ik);
+        // Sheared vertices, then twice the signed areas that edges span with the
+        // ray. Plain loops over lanes: the compiler turns them into vectors.
+        let mut beside = [[0.0; N]; 4];
+        for (i, beside) in beside.iter_mut().enumerate() {
+            for (beside, x) in beside.iter_mut().zip(xs) {
+                *beside = self.x[i] - x * self.shear[i];
             }
         }
+        let mut areas = [[0.0; N]; 6];
+        for (area, (i, j)) in areas.iter_mut().zip(EDGES) {
+            for lane in 0..N {
+                area[lane] = beside[i][lane] * above[j] - above[i] * beside[j][lane];
+            }
+        }
+        let mut candidates = 0u32;
         for lane in 0..N {
-            let tie = areas.iter().any(|area| area[lane] == 0.0);
-            let faces = if tie {
-                let at = |i: usize| [beside[i][lane], above[i]];
+            let areas: [f64; 6] = std::array::from_fn(|edge| areas[edge][lane]);
+            let hit = sign_bits(&areas) != 0 || areas.contains(&0.0);
+            candidates |= u32::from(hit) << lane;
+        }
+        while candidates != 0 {
+            let lane = candidates.trailing_zeros() as usize;
+            candidates &= candidates - 1;
+            let rough: [f64; 6] = std::array::from_fn(|edge| areas[edge][lane]);
+            let at = |i: usize| [beside[i][lane], above[i]];
+            let faces = if rough.contains(&0.0) {
                 faces_at(EDGES.map(|(i, j)| edge_sign(at(i), at(j))))
             } else {
-                crossed.map(|face| face[lane] >> 63 == 1)
+                sign_bits(&rough)
             };
-            if faces.contains(&true) {
-                found(lane, self.crossing(faces, areas.map(|area| area[lane])));
+            if faces != 0 {
+                let areas = EDGES.map(|(i, j)| area(at(i), at(j)));
+                found(lane, self.crossing(faces, &areas));
             }
         }
     }
 
-    /// Where a ray that crosses `faces` meets them.
+    /// Where a ray that crosses `faces`, a bit for each, meets them.
     #[inline]
-    fn crossing(&self, faces: [bool; 4], areas: [f64; 6]) -> Crossing {
+    fn crossing(&self, faces: u32, areas: &[f64; 6]) -> Crossing {
         // Exactly two are crossed: see `predicate`.
-        let first = faces.iter().position(|f| *f).unwrap_or(0);
-        let second = faces.iter().rposition(|f| *f).unwrap_or(0);
-        let (a, b) = (self.meet(first, &areas), self.meet(second, &areas));
+        let (first, second) = (faces.trailing_zeros(), 31 - faces.leading_zeros());
+        let (a, b) = (self.meet(first, areas), self.meet(second, areas));
         let (entry, exit) = if a.0 <= b.0 { (a, b) } else { (b, a) };
         Crossing {
             z_in: entry.0,
@@ -142,12 +162,24 @@ impl Cell {
         }
     }
 
+    /// What [`Cell::meet_at`] says of a face.
+    #[inline]
+    fn meet(&self, face: u32, areas: &[f64; 6]) -> (f64, f64, f64) {
+        // Spelled out, so that the indices are constants.
+        match face {
+            0 => self.meet_at(0, areas),
+            1 => self.meet_at(1, areas),
+            2 => self.meet_at(2, areas),
+            _ => self.meet_at(3, areas),
+        }
+    }
+
     /// z, scalar and one over the shown area where a ray meets a face.
     ///
     /// Convex weights: neither can leave the range of the face's vertices, however
     /// thin the cell. Both cells of a face do the same operations on the same bits.
-    #[inline]
-    fn meet(&self, face: usize, areas: &[f64; 6]) -> (f64, f64, f64) {
+    #[inline(always)]
+    fn meet_at(&self, face: usize, areas: &[f64; 6]) -> (f64, f64, f64) {
         let ([i, j, k], [ij, ik, jk]) = FACES[face];
         let (wi, wj, wk) = (areas[jk].abs(), areas[ik].abs(), areas[ij].abs());
         let sum = wi + wj + wk;
@@ -159,14 +191,12 @@ impl Cell {
         let mean = |values: &[f64; 4]| {
             let (vi, vj, vk) = (values[i], values[j], values[k]);
             let mean = (wi * vi + wj * vj + wk * vk) * inverse;
-            // Rounding alone could take it out, and a constant must stay one. A NaN stays too.
-            if mean < vi.min(vj).min(vk) {
-                vi.min(vj).min(vk)
-            } else if mean > vi.max(vj).max(vk) {
-                vi.max(vj).max(vk)
-            } else {
-                mean
-            }
+            // Rounding alone could take it out, and a constant must stay one. A NaN
+            // fails both comparisons and stays.
+            let low = least(vi, least(vj, vk));
+            let high = greatest(vi, greatest(vj, vk));
+            let mean = if mean < low { low } else { mean };
+            if mean > high { high } else { mean }
         };
         (mean(&self.z), mean(&self.scalars), inverse)
     }
@@ -178,10 +208,39 @@ fn range(values: &[f64; 4]) -> (f64, f64) {
     (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)))
 }
 
-/// Which faces a ray crosses, given the signs of the edges.
-fn faces_at(signs: [i32; 6]) -> [bool; 4] {
-    FACES.map(|(_, [ij, ik, jk])| {
-        signs[ij] != 0 && signs[ij] == signs[jk] && signs[ij] == -signs[ik]
+/// The lesser of two; `f64::min` spends instructions on NaN.
+#[inline]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two; see [`least`].
+#[inline]
+fn greatest(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The faces that a ray crosses, a bit for each, if no area is 0.
+///
+/// A face is crossed where the areas of (i, j), (j, k) and (k, i) have one sign.
+/// The difference of two rounded products has the sign of their comparison.
+#[inline]
+fn sign_bits(areas: &[f64; 6]) -> u32 {
+    let mut faces = 0;
+    for (face, (_, [ij, ik, jk])) in FACES.iter().enumerate() {
+        let [ij, ik, jk] = [ij, ik, jk].map(|&edge| areas[edge].to_bits());
+        faces |= ((!(ij ^ jk) & (ij ^ ik)) >> 63 << face) as u32;
+    }
+    faces
+}
+
+/// The faces that a ray crosses, a bit for each, given the signs of the edges.
+fn faces_at(signs: [i32; 6]) -> u32 {
+    let crossed = FACES.iter().map(|(_, [ij, ik, jk])| {
+        signs[*ij] != 0 && signs[*ij] == signs[*jk] && signs[*ij] == -signs[*ik]
+    });
+    crossed.enumerate().fold(0, |faces, (face, crossed)| {
+        faces | u32::from(crossed) << face
     })
 }
 

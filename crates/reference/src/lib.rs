@@ -72,6 +72,7 @@ pub struct Reference {
     geometry: Arc<Geometry>,
     appearance: Appearance,
     pool: Option<Arc<rayon::ThreadPool>>,
+    bvh_builds: u64,
 }
 
 impl Reference {
@@ -106,6 +107,7 @@ impl Reference {
             geometry: Arc::new(Geometry::new(mesh)),
             appearance: appearance.clone(),
             pool,
+            bvh_builds: 1,
         })
     }
 
@@ -181,6 +183,12 @@ impl Reference {
         Ok(image)
     }
 
+    /// How many times a BVH was built: once, and again for each volume with
+    /// another geometry that was loaded since.
+    pub fn bvh_builds(&self) -> u64 {
+        self.bvh_builds
+    }
+
     /// Bytes of the BVH and of the mesh in its order.
     fn bytes_resident(&self) -> u64 {
         self.geometry.bytes() as u64
@@ -193,6 +201,7 @@ impl VolumeRenderer for Reference {
         let mesh = mesh_of(volume)?;
         if !mesh.shares_geometry(&self.mesh) {
             self.geometry = Arc::new(Geometry::new(mesh));
+            self.bvh_builds += 1;
         }
         self.mesh = mesh.clone();
         Ok(())

@@ -32,6 +32,22 @@ pub(crate) fn edge_sign(a: [f64; 2], b: [f64; 2]) -> i32 {
     }
 }
 
+/// a × b for sheared vertices `a` and `b`, with a relative error of at most 65 · 2⁻⁵³.
+///
+/// Where the products cancel, the difference of their rounded values can be all
+/// noise. That of a face seen edge-on is, and weights made of noise name a point
+/// of the face that is not on the ray.
+#[inline]
+pub(crate) fn area(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let (p, q) = (a[0] * b[1], a[1] * b[0]);
+    let area = p - q;
+    if 64.0 * area.abs() > p.abs() + q.abs() {
+        return area;
+    }
+    // The products' rounding errors, exact unless they underflow (Kahan).
+    area + (a[0].mul_add(b[1], -p) - a[1].mul_add(b[0], -q))
+}
+
 /// The sign of a × b with products that round alike, exactly.
 fn exact_order(a: [f64; 2], b: [f64; 2]) -> i32 {
     // Powers of two keep the products' rounding errors, which have half the
@@ -81,6 +97,13 @@ mod tests {
         let tiny = 1e-200;
         let (a, b) = (a.map(|x| x * tiny), b.map(|x| x * tiny));
         assert_eq!(edge_sign(a, b), -1);
+    }
+
+    #[test]
+    fn cancelled_areas_keep_their_digits() {
+        let e = f64::EPSILON;
+        assert_eq!(area([1.0 + e, 1.0], [1.0, 1.0 - e]), -e * e);
+        assert_eq!(area([3.0, 1.0], [1.0, 2.0]), 5.0);
     }
 
     #[test]

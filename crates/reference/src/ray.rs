@@ -50,13 +50,37 @@ const OPAQUE: f64 = 64.0;
 /// Sorts the entries of a ray front to back.
 ///
 /// The order is total, so that it depends on nothing but the mesh. A segment
-/// without length comes before the one that starts where it is.
+/// without length would come before the one that starts where it is.
 pub(crate) fn sort(entries: &mut [Entry]) {
-    entries.sort_unstable_by(|a, b| {
-        let z_in = a.z_in.total_cmp(&b.z_in);
-        z_in.then_with(|| a.z_out.total_cmp(&b.z_out))
-            .then_with(|| a.cell.cmp(&b.cell))
-    });
+    // Cells come nearest first, which is nearly the order: insertion has little to
+    // do. Where it has much, give up.
+    let mut budget = 8 * entries.len();
+    for i in 1..entries.len() {
+        let entry = entries[i];
+        let mut place = i;
+        while place > 0 && entry.is_before(&entries[place - 1]) {
+            entries[place] = entries[place - 1];
+            place -= 1;
+        }
+        entries[place] = entry;
+        budget = budget.saturating_sub(i - place);
+        if budget == 0 {
+            return entries.sort_unstable_by_key(Entry::key);
+        }
+    }
+}
+
+impl Entry {
+    #[inline]
+    fn is_before(&self, other: &Entry) -> bool {
+        self.z_in < other.z_in || (self.z_in == other.z_in && self.key() < other.key())
+    }
+
+    /// What entries are sorted by. For numbers that are 0 or more, as z is before
+    /// the eye, the order of the bits is that of the values.
+    fn key(&self) -> (u64, u64, u32) {
+        (self.z_in.to_bits(), self.z_out.to_bits(), self.cell)
+    }
 }
 
 /// Integrates sorted entries.
@@ -94,7 +118,9 @@ pub(crate) fn integrate(
             loose += blur;
             if let Some(last) = last {
                 let gap = entry.z_in - last.z_out;
-                consistency.overlap |= gap < -blur;
+                // What both cover; a cell that rounding displaced can lie inside another.
+                let common = last.z_out.min(entry.z_out) - entry.z_in;
+                consistency.overlap |= common > blur;
                 consistency.crack |= gap > blur && gap < CRACK;
             }
         }
@@ -108,7 +134,7 @@ pub(crate) fn integrate(
     let light = integral.light();
     let error = geometric
         + steepness.of_boundary(loose, length_per_z)
-        + steepness.of_integration(entries.len(), integral.optical_depth(), light.max_element())
+        + integral.rounding_bound() * steepness.brightest()
         + if opaque {
             1e-27 * steepness.brightest()
         } else {

@@ -62,15 +62,16 @@ impl Scene<'_> {
                 (far * crossing.scalar_in + near * crossing.scalar_out) / (near + far);
             crossing.z_in = 0.0;
         }
-        let more = steepness.error(&crossing, blur, length_per_z, self.appearance.optical_model);
+        let more = steepness.error(&crossing, length_per_z, self.appearance.optical_model);
         self.steepness.accumulate(error, more);
         Some(Entry {
-            z_in: crossing.z_in,
+            // −0 becomes 0: entries are sorted by their bits.
+            z_in: crossing.z_in + 0.0,
             z_out: crossing.z_out,
             scalar_in: crossing.scalar_in,
             scalar_out: crossing.scalar_out,
             cell,
-            blur: blur.0 as f32,
+            blur: blur as f32,
         })
     }
 }
@@ -118,7 +119,8 @@ pub(crate) fn draw(
     errors.resize(width * height, 0.0);
 
     // Columns beyond the tile's are computed and dropped.
-    let xs: [f64; SIDE] = std::array::from_fn(|i| grid.x(f64::from(columns.start) + i as f64));
+    let xs: [f64; SIDE + LANES] =
+        std::array::from_fn(|i| grid.x(f64::from(columns.start) + i as f64));
     let ys: [f64; SIDE] = std::array::from_fn(|i| grid.y(f64::from(rows.start) + i as f64));
     let length_per_z: Vec<f64> = (0..width * height)
         .map(|i| {
@@ -128,11 +130,10 @@ pub(crate) fn draw(
         .collect();
     for candidate in candidates.iter() {
         let cell = &candidate.cell;
-        let steepness = scene.steepness.of_cell(cell.scalar_range(), cell.z_range());
+        let steepness = scene.steepness.of_cell(cell);
         for row in candidate.rows.clone() {
             let above = cell.above(ys[row]);
-            let first = candidate.columns.start / LANES * LANES;
-            for start in (first..candidate.columns.end).step_by(LANES) {
+            for start in candidate.columns.clone().step_by(LANES) {
                 let lanes: [f64; LANES] = std::array::from_fn(|lane| xs[start + lane]);
                 cell.cross(&above, &lanes, |lane, crossing| {
                     let column = start + lane;

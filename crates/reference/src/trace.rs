@@ -67,7 +67,7 @@ impl Reference {
         self.geometry.visit(&planes, &mut Vec::new(), |range| {
             for index in range {
                 let cell = scene.cell(index, |v| scene.frame.position(points[v as usize]));
-                let steepness = scene.steepness.of_cell(cell.scalar_range(), cell.z_range());
+                let steepness = scene.steepness.of_cell(&cell);
                 cell.cross(&cell.above(p.y), &[p.x], |_, crossing| {
                     let id = self.geometry.ids[index];
                     entries.extend(scene.entry(crossing, id, &steepness, length_per_z, &mut error));

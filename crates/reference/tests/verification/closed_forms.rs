@@ -3,6 +3,7 @@
 
 use crate::scenes::*;
 use tetrascope_core::glam::DVec3;
+use tetrascope_core::optics::segment_weights;
 use tetrascope_core::{OpticalModel, Projection, Ray, TetMesh, View};
 use tetrascope_reference::ReferenceImage;
 
@@ -28,7 +29,7 @@ fn check(image: &ReferenceImage, view: &View, expected: impl Fn(&Ray) -> [f64; 4
         }
     }
     assert!(worst <= 1e-10, "worst error {worst}");
-    assert_eq!(image.inconsistent_pixels, 0);
+    assert_eq!(image.inconsistent_pixels, 0, "{view:?}");
 }
 
 fn cube(n: usize, scalar: impl Fn(DVec3) -> f64) -> TetMesh {
@@ -97,4 +98,199 @@ fn the_reference_cell() {
     let sum: f64 = image.pixels.iter().map(|p| p[0] * h * h).sum();
     let missing = f64::from(size) * h * h * h / 6.0;
     assert!((sum + missing - 1.0 / 6.0).abs() < 1e-12, "{sum}");
+}
+
+// c = 1 before a background of 1: every pixel is 1, whatever the extinction.
+#[test]
+fn a_white_furnace() {
+    let knots = vec![
+        knot(0.0, [1.0; 3], 0.0),
+        knot(0.4, [1.0; 3], 30.0),
+        knot(0.5, [1.0; 3], 0.1),
+        knot(1.0, [1.0; 3], 2.0),
+    ];
+    let look = appearance(knots, OpticalModel::EmissionAbsorption);
+    let truth = reference(
+        &cube(5, |p| (7.0 * p.x + 5.0 * p.y * p.z).sin().abs()),
+        &look,
+    );
+    for view in views(24) {
+        let view = View {
+            background: [1.0; 4],
+            ..view
+        };
+        let image = truth.render_exact(&view).expect("a valid view");
+        check(&image, &view, |_| [1.0; 4]);
+    }
+}
+
+// s = x: along a ray x(t) the depth is k ∫ x dt = k (x_in + x_out)/2 l, from every
+// direction; and the color 1 − x with it is the single segment of `core::optics`.
+#[test]
+fn a_linear_field_is_one_segment() {
+    let knots = vec![
+        knot(0.0, [1.0, 0.5, 0.0], 0.0),
+        knot(1.0, [0.0, 0.5, 1.0], 6.0),
+    ];
+    let look = appearance(knots, OpticalModel::EmissionAbsorption);
+    let truth = reference(&cube(5, |p| p.x), &look);
+    for view in views(24) {
+        let image = truth.render_exact(&view).expect("a valid view");
+        check(&image, &view, |ray| {
+            let Some((t_in, t_out)) = box_interval(ray, DVec3::ZERO, DVec3::ONE) else {
+                return [0.0; 4];
+            };
+            let (a, b) = (ray.at(t_in).x, ray.at(t_out).x);
+            let length = t_out - t_in;
+            let alpha = -(-3.0 * (a + b) * length).exp_m1();
+            let (front, back) = segment_weights(6.0 * a * length, 6.0 * b * length);
+            let red = (1.0 - a) * front + (1.0 - b) * back;
+            [red, 0.5 * alpha, a * front + b * back, alpha]
+        });
+    }
+}
+
+// σ₀ on s₁ < s < s₂ and s = x: τ = σ₀ (s₂ − s₁) / |dx/dt| where the chord spans both;
+// and a tent of half-width ε and height 1/ε: τ = 1 / |dx/dt|.
+#[test]
+fn steps_and_tents_count_once_in_any_mesh() {
+    let black = [0.0; 3];
+    let sigma = 2.0;
+    let step = vec![
+        knot(0.3, black, 0.0),
+        knot(0.3, black, sigma),
+        knot(0.7, black, sigma),
+        knot(0.7, black, 0.0),
+    ];
+    let tent = |half: f64| {
+        vec![
+            knot(0.51 - half, black, 0.0),
+            knot(0.51, black, 1.0 / half),
+            knot(0.51 + half, black, 0.0),
+        ]
+    };
+    let projection = Projection::Perspective { view_angle: 10.0 };
+    let up = [0.0, 0.0, 1.0];
+    let view = view([5.0, 0.6, 0.4], [0.5; 3], up, projection, 24);
+    for (knots, area) in [
+        (step, sigma * 0.4),
+        (tent(0.2), 1.0),
+        (tent(1e-3), 1.0),
+        (tent(1e-6), 1.0),
+    ] {
+        for n in [1, 4, 7] {
+            let look = appearance(knots.clone(), OpticalModel::Absorption);
+            let truth = reference(&cube(n, |p| p.x), &look);
+            let image = truth.render_exact(&view).expect("a valid view");
+            for row in 0..view.height {
+                for column in 0..view.width {
+                    let ray = view.ray(column, row);
+                    let Some((t_in, t_out)) = box_interval(&ray, DVec3::ZERO, DVec3::ONE) else {
+                        continue;
+                    };
+                    if ray.at(t_in).x < 0.8 || ray.at(t_out).x > 0.2 {
+                        continue; // it leaves through a side
+                    }
+                    let alpha = -(-area / ray.direction.x.abs()).exp_m1();
+                    let i = (row * view.width + column) as usize;
+                    let error = (image.pixels[i][3] - alpha).abs();
+                    assert!(
+                        error <= image.error_bound[i],
+                        "{error} of {}",
+                        image.error_bound[i]
+                    );
+                    // A tent's own knots are known to 2⁻⁵³ / half of its width.
+                    assert!(error <= 1e-10, "{error}");
+                }
+            }
+        }
+    }
+}
+
+// The greatest value of a linear field on a chord is at one of its ends.
+#[test]
+fn the_greatest_of_a_linear_field() {
+    let knots = vec![knot(0.0, [0.0; 3], 0.0), knot(1.0, [1.0, 2.0, 0.5], 1.0)];
+    let look = appearance(knots, OpticalModel::MaximumIntensity);
+    let truth = reference(&cube(4, |p| p.dot(DVec3::new(0.2, 0.3, 0.5))), &look);
+    for view in views(24) {
+        let image = truth.render_exact(&view).expect("a valid view");
+        check(&image, &view, |ray| {
+            let greatest = box_interval(ray, DVec3::ZERO, DVec3::ONE).map_or(0.0, |(a, b)| {
+                let at = |t: f64| ray.at(t).dot(DVec3::new(0.2, 0.3, 0.5));
+                at(a).max(at(b))
+            });
+            [greatest, 2.0 * greatest, 0.5 * greatest, 0.0]
+        });
+    }
+}
+
+// A cube of side 3 with a hole of side 1: two chords of 1 through the middle.
+#[test]
+fn a_hollow_cube() {
+    let (points, cells) = kuhn(3, DVec3::ZERO, DVec3::splat(3.0));
+    let center = |cell: &[u32; 4]| cell.iter().map(|&p| points[p as usize]).sum::<DVec3>() / 4.0;
+    let middle = DVec3::splat(1.5);
+    let cells: Vec<_> = cells
+        .iter()
+        .filter(|cell| (center(cell) - middle).abs().max_element() > 0.5)
+        .copied()
+        .collect();
+    let look = appearance(
+        vec![knot(0.0, [0.3, 0.6, 0.9], 0.8)],
+        OpticalModel::Emission,
+    );
+    let truth = reference(&mesh((points.clone(), cells), |p| p.x), &look);
+    let up = [0.0, 1.0, 0.0];
+    for (eye, angle) in [
+        ([1.5, 1.5, -4.0], 30.0),
+        ([7.1, 3.3, -4.0], 40.0),
+        ([1.4, 1.6, 1.5], 100.0),
+    ] {
+        let projection = Projection::Perspective { view_angle: angle };
+        let view = view(eye, [1.5, 1.5, 1.6], up, projection, 32);
+        let image = truth.render_exact(&view).expect("a valid view");
+        check(&image, &view, |ray| {
+            let chord = |low: f64, high: f64| {
+                let (low, high) = (DVec3::splat(low), DVec3::splat(high));
+                box_interval(ray, low, high).map_or(0.0, |(a, b)| b - a)
+            };
+            let tau = 0.8 * (chord(0.0, 3.0) - chord(1.0, 2.0));
+            [0.3 * tau, 0.6 * tau, 0.9 * tau, 0.0]
+        });
+    }
+}
+
+// σ = e^(−r²/w²) on a ray at the distance ρ from the center: τ = w √π e^(−ρ²/w²) erf(…),
+// nearly all of it inside the cube for w = 0.12. A linear interpolant is off by O(h²).
+#[test]
+fn a_gaussian_converges_at_second_order() {
+    let w = 0.12;
+    let middle = DVec3::splat(0.5);
+    let projection = Projection::Orthographic {
+        parallel_scale: 0.3,
+    };
+    let view = view([3.0, 2.0, 1.0], [0.5; 3], [0.0, 0.0, 1.0], projection, 16);
+    let error = |n: usize| {
+        let field = cube(n, |p| (-(p - middle).length_squared() / (w * w)).exp());
+        let knots = vec![knot(0.0, [0.0; 3], 0.0), knot(1.0, [1.0; 3], 1.0)];
+        let truth = reference(&field, &appearance(knots, OpticalModel::Absorption));
+        let image = truth.render_exact(&view).expect("a valid view");
+        let mut sum = 0.0;
+        for row in 0..view.height {
+            for column in 0..view.width {
+                let ray = view.ray(column, row);
+                let rho = (middle - ray.origin).cross(ray.direction).length();
+                let tau = w * std::f64::consts::PI.sqrt() * (-rho * rho / (w * w)).exp();
+                sum += (-(-image.pixel(column, row)[3]).ln_1p() - tau).powi(2);
+            }
+        }
+        sum.sqrt()
+    };
+    let (coarse, fine) = (error(16), error(32));
+    let order = (coarse / fine).log2();
+    assert!(
+        (1.8..2.3).contains(&order),
+        "order {order}: {coarse} to {fine}"
+    );
 }

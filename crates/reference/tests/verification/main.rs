@@ -1,4 +1,6 @@
 //! The ground truth against closed forms, against itself, and against hostile input.
 
+mod adversarial;
 mod closed_forms;
+mod metamorphic;
 mod scenes;
