@@ -20,7 +20,9 @@ fn integrate(front: f32, back: f32, length: f32) -> vec4f {
     var sum = vec4f(0.0);
     var index = find_interval(front, rising);
     var from_scalar = front;
-    loop {
+    // Bounded, so that a number that is none cannot hang the device.
+    let most = interval_count();
+    for (var n = 0u; n < most; n++) {
         let i = interval(index);
         let to_scalar = select(max(back, i.low), min(back, i.high), rising);
         var start = sample_interval(i, from_scalar);

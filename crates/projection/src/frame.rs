@@ -1,0 +1,82 @@
+//! The camera in coordinates that stay small, made in f64 and rounded at the end.
+
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::{Projection, View};
+use tetrascope_gpu::Normalization;
+
+use crate::gpu_data::Frame;
+
+/// The near plane, in normalized units: what a ray passes before it is lost in
+/// cells around the eye. A cell that small is below f32's resolution of the mesh.
+const NEAR: f32 = 1.0 / (1 << 22) as f32;
+
+/// Radius of the ball around the cube [−1, 1]³ that holds the mesh.
+const RADIUS: f64 = 1.7320508075688772;
+
+/// Steps of a sort key.
+const KEYS: f64 = (1 << KEY_BITS) as f64;
+
+/// Bits of a sort key; f32 holds no more of a distance.
+pub(crate) const KEY_BITS: u32 = 24;
+
+/// The uniform of `frame.wgsl` for `view`, which must be valid.
+pub(crate) fn frame(
+    view: &View,
+    normalization: &Normalization,
+    cell_count: u32,
+    scalars_per_cell: bool,
+) -> Frame {
+    let camera = &view.camera;
+    let (right, up, forward) = camera.axes();
+    let eye = normalization.point(camera.position);
+    // The mesh's center is the origin; beside it or, if it is behind, at the eye.
+    let anchor_depth = (-eye.dot(forward)).max(0.0);
+    let anchor = eye + anchor_depth * forward;
+    let row = |axis: DVec3| {
+        let [x, y, z] = axis.as_vec3().to_array();
+        [x, y, z, -anchor.dot(axis) as f32]
+    };
+    let aspect = f64::from(view.width) / f64::from(view.height);
+    let (reach, perspective) = match camera.projection {
+        Projection::Perspective { view_angle } => ((view_angle.to_radians() / 2.0).tan(), true),
+        Projection::Orthographic { parallel_scale } => {
+            (parallel_scale / normalization.scale, false)
+        }
+    };
+    let reach = [reach * aspect, reach];
+    let single = |pair: [f64; 2]| pair.map(|x| x as f32);
+    // The range of what order.wgsl computes for centroids in the ball.
+    let middle = anchor.length();
+    let (nearest, farthest) = if perspective {
+        let most = middle + RADIUS;
+        let square = anchor_depth * anchor_depth;
+        (
+            (-square).max(-2.0 * anchor_depth * most),
+            2.0 * anchor_depth * most + most * most,
+        )
+    } else {
+        (-middle - RADIUS, middle + RADIUS)
+    };
+    Frame {
+        right: row(right),
+        up: row(up),
+        forward: row(forward),
+        extent: if perspective {
+            single(reach.map(|r| r * anchor_depth))
+        } else {
+            single(reach)
+        },
+        slope: if perspective { single(reach) } else { [0.0; 2] },
+        clip_per_unit: single(reach.map(f64::recip)),
+        size: [view.width as f32, view.height as f32],
+        anchor_depth: anchor_depth as f32,
+        w_per_depth: f32::from(perspective),
+        w_constant: f32::from(!perspective),
+        // Orthographic: anything between 0 and w, as nothing is to be clipped.
+        near: if perspective { NEAR } else { 0.5 },
+        far_key: farthest as f32,
+        key_scale: (KEYS / (farthest - nearest)) as f32,
+        cell_count,
+        scalars_per_cell: scalars_per_cell.into(),
+    }
+}

@@ -1,0 +1,89 @@
+//! What can be chosen.
+
+use tetrascope_gpu::wgpu::TextureFormat;
+
+/// How cells are drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ProjectionOptions {
+    /// Where a ray's other crossing with a cell is found.
+    pub exit_search: ExitSearch,
+    /// How cells lie in the device's memory.
+    pub cell_layout: CellLayout,
+    /// How a ray's segment in a cell is integrated.
+    pub integration: Integration,
+    /// In which order cells are drawn where the optical model does not commute.
+    pub order: Order,
+    /// The format of the textures that [`Projection::encode`](crate::Projection::encode)
+    /// draws into; it gets linear premultiplied RGBA.
+    pub target_format: TextureFormat,
+}
+
+impl Default for ProjectionOptions {
+    fn default() -> Self {
+        ProjectionOptions {
+            exit_search: ExitSearch::PerFragment,
+            cell_layout: CellLayout::SharedVertices,
+            integration: Integration::Exact,
+            order: Order::Centroid,
+            target_format: TextureFormat::Rgba32Float,
+        }
+    }
+}
+
+/// Where a ray's other crossing with a cell is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ExitSearch {
+    /// In each fragment (§3.2).
+    PerFragment,
+}
+
+/// How cells lie in the device's memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum CellLayout {
+    /// Four indices a cell into vertices that cells share (§8): 16 bytes a cell,
+    /// 16 bytes a vertex, and 4 bytes a cell that is drawn.
+    SharedVertices,
+}
+
+/// How a ray's segment in a cell is integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Integration {
+    /// Split at the transfer function's knots, then in closed form.
+    Exact,
+}
+
+/// In which order cells are drawn where the optical model does not commute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Order {
+    /// As they come: right only for models that commute.
+    Unsorted,
+    /// By the distance of their centroids, farthest first: not always the order of
+    /// visibility.
+    Centroid,
+}
+
+impl ExitSearch {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, ExitSearch); 1] = [("per-fragment", ExitSearch::PerFragment)];
+}
+
+impl CellLayout {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, CellLayout); 1] =
+        [("shared-vertices", CellLayout::SharedVertices)];
+}
+
+impl Integration {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Integration); 1] = [("exact", Integration::Exact)];
+}
+
+impl Order {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Order); 2] =
+        [("unsorted", Order::Unsorted), ("centroid", Order::Centroid)];
+}

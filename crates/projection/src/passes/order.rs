@@ -1,0 +1,130 @@
+//! Pass 1: sort the cells by the distance of their centroids (`order.wgsl`).
+
+use tetrascope_core::Error;
+use tetrascope_gpu::sort::SortedPairs;
+use tetrascope_gpu::wgpu::{self, ShaderStages};
+use tetrascope_gpu::{Gpu, RadixSort};
+use tetrascope_shaders::projection::ORDER;
+
+use super::{READ, UNIFORM, WRITE, group, layout, module, pipeline_layout};
+use crate::frame::KEY_BITS;
+use crate::volume::{Geometry, Look};
+
+/// Cells that one workgroup keys.
+const WORKGROUP: u32 = 256;
+
+/// The pipelines of the pass.
+#[derive(Clone, Debug)]
+pub(crate) struct OrderPass {
+    sort: RadixSort,
+    pipeline: wgpu::ComputePipeline,
+    frame_layout: wgpu::BindGroupLayout,
+    volume_layout: wgpu::BindGroupLayout,
+    pair_layout: wgpu::BindGroupLayout,
+}
+
+/// The buffers of the pass for one volume.
+#[derive(Debug)]
+pub(crate) struct OrderData {
+    pairs: SortedPairs,
+    volume_group: wgpu::BindGroup,
+    pair_group: wgpu::BindGroup,
+    count: u32,
+}
+
+impl OrderPass {
+    pub(crate) fn new(gpu: &Gpu) -> Result<OrderPass, Error> {
+        let sort = RadixSort::new(gpu)?;
+        let label = "projection::order";
+        gpu.checked(label, 0, || {
+            let stage = ShaderStages::COMPUTE;
+            let frame_layout = layout(gpu, label, stage, &[UNIFORM]);
+            let volume_layout = layout(gpu, label, stage, &[READ, READ, READ, READ]);
+            let pair_layout = layout(gpu, label, stage, &[WRITE, WRITE]);
+            let layouts = [&frame_layout, &volume_layout, &pair_layout];
+            let pipeline = gpu
+                .device()
+                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some(label),
+                    layout: Some(&pipeline_layout(gpu, label, &layouts)),
+                    module: &module(gpu, label, ORDER),
+                    entry_point: None,
+                    compilation_options: Default::default(),
+                    cache: None,
+                });
+            OrderPass {
+                sort,
+                pipeline,
+                frame_layout,
+                volume_layout,
+                pair_layout,
+            }
+        })
+    }
+
+    /// Buffers for the cells that `look` leaves to draw.
+    pub(crate) fn data(
+        &self,
+        gpu: &Gpu,
+        geometry: &Geometry,
+        scalars: &wgpu::Buffer,
+        look: &Look,
+    ) -> Result<OrderData, Error> {
+        let label = "projection::order";
+        let pairs = self.sort.pairs(gpu, look.drawn_count, KEY_BITS)?;
+        let buffers = [&geometry.positions, scalars, &geometry.cells, &look.drawn];
+        let buffers = buffers.map(|b| b.as_entire_binding());
+        let (volume_group, pair_group) = gpu.checked(label, 0, || {
+            let (keys, values) = (pairs.keys(), pairs.values());
+            let pairs = [keys.as_entire_binding(), values.as_entire_binding()];
+            (
+                group(gpu, label, &self.volume_layout, &buffers),
+                group(gpu, label, &self.pair_layout, &pairs),
+            )
+        })?;
+        Ok(OrderData {
+            pairs,
+            volume_group,
+            pair_group,
+            count: look.drawn_count,
+        })
+    }
+
+    /// Records keys and sort.
+    pub(crate) fn record(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &wgpu::Buffer,
+        data: &OrderData,
+        timestamps: Option<wgpu::ComputePassTimestampWrites>,
+    ) {
+        let label = "projection::order";
+        let frame = group(gpu, label, &self.frame_layout, &[frame.as_entire_binding()]);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(label),
+            timestamp_writes: timestamps,
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &frame, &[]);
+        pass.set_bind_group(1, &data.volume_group, &[]);
+        pass.set_bind_group(2, &data.pair_group, &[]);
+        // Two dimensions: one holds 65 535 workgroups on most devices.
+        let groups = data.count.div_ceil(WORKGROUP);
+        let row = groups.clamp(1, gpu.limits().max_compute_workgroups_per_dimension);
+        pass.dispatch_workgroups(row, groups.div_ceil(row), 1);
+        data.pairs.record(&mut pass);
+    }
+}
+
+impl OrderData {
+    /// Cell indices, back to front once the pass has run.
+    pub(crate) fn sorted(&self) -> &wgpu::Buffer {
+        self.pairs.values()
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.pairs.bytes()
+    }
+}

@@ -1,0 +1,160 @@
+//! The mesh on the device, and which of its cells can show.
+
+use tetrascope_core::mesh::Association;
+use tetrascope_core::{Appearance, Error, OpticalModel, TetMesh, Volume};
+use tetrascope_gpu::transfer_function::{Interval, intervals};
+use tetrascope_gpu::wgpu::{self, BufferUsages};
+use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
+
+const STORAGE: BufferUsages = BufferUsages::STORAGE;
+
+/// Geometry on the device.
+#[derive(Clone, Debug)]
+pub(crate) struct Geometry {
+    pub(crate) mesh: TetMesh,
+    pub(crate) normalization: Normalization,
+    pub(crate) positions: wgpu::Buffer,
+    pub(crate) cells: wgpu::Buffer,
+}
+
+/// Scalars on the device.
+#[derive(Clone, Debug)]
+pub(crate) struct Field {
+    pub(crate) map: ScalarMap,
+    pub(crate) per_cell: bool,
+    pub(crate) scalars: wgpu::Buffer,
+}
+
+/// The transfer function on the device, and what it leaves to draw.
+#[derive(Clone, Debug)]
+pub(crate) struct Look {
+    pub(crate) intervals: wgpu::Buffer,
+    /// Indices of the cells that are drawn.
+    pub(crate) drawn: wgpu::Buffer,
+    pub(crate) drawn_count: u32,
+    /// A bound of the optical depth of any segment.
+    pub(crate) deepest: f32,
+}
+
+/// The mesh of `volume`, or why there is none.
+pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
+    match volume {
+        Volume::Mesh(mesh) => Ok(mesh),
+        _ => Err(Error::Unsupported {
+            renderer: "projection",
+            what: "regular grids".into(),
+            reason: "it projects the cells of a tetrahedral mesh".into(),
+        }),
+    }
+}
+
+impl Geometry {
+    pub(crate) fn upload(gpu: &Gpu, mesh: &TetMesh) -> Result<Geometry, Error> {
+        // Four vertices a cell are numbered in 32 bits.
+        let most = u32::MAX / 4;
+        if mesh.cell_count() as u64 > u64::from(most) {
+            return Err(Error::TooLarge {
+                what: "the mesh".into(),
+                needed: mesh.cell_count() as u64,
+                limit: most.into(),
+                unit: "cells",
+            });
+        }
+        let normalization = Normalization::of(&mesh.bounds());
+        let positions: Vec<[f32; 3]> = mesh
+            .points()
+            .iter()
+            .map(|p| normalization.position(*p).to_array())
+            .collect();
+        Ok(Geometry {
+            mesh: mesh.clone(),
+            normalization,
+            positions: gpu.upload("the mesh's vertices", &positions, STORAGE)?,
+            cells: gpu.upload("the mesh's cells", mesh.tetrahedra(), STORAGE)?,
+        })
+    }
+}
+
+impl Field {
+    pub(crate) fn upload(gpu: &Gpu, mesh: &TetMesh, map: ScalarMap) -> Result<Field, Error> {
+        let per_cell = mesh.scalars().association == Association::Cell;
+        let scalars: Vec<f32> = if per_cell {
+            let cells = 0..mesh.cell_count();
+            cells.map(|c| map.scalar(mesh.cell_scalars(c)[0])).collect()
+        } else {
+            let values = &mesh.scalars().values;
+            values.iter().map(|s| map.scalar(*s)).collect()
+        };
+        Ok(Field {
+            map,
+            per_cell,
+            scalars: gpu.upload("the mesh's scalars", &scalars, STORAGE)?,
+        })
+    }
+}
+
+impl Look {
+    pub(crate) fn upload(
+        gpu: &Gpu,
+        geometry: &Geometry,
+        map: &ScalarMap,
+        appearance: &Appearance,
+    ) -> Result<Look, Error> {
+        let (drawn, deepest) = visible_cells(&geometry.mesh, appearance);
+        let tf = &appearance.transfer_function;
+        let intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization);
+        Ok(Look {
+            intervals: gpu.upload("the transfer function", &intervals, STORAGE)?,
+            drawn_count: drawn.len() as u32,
+            drawn: gpu.upload("the list of drawn cells", &drawn, STORAGE)?,
+            // Rounded up: f32 may be under the bound by 2⁻²⁴ of it, and the shader's
+            // own rounding over it by as little.
+            deepest: (deepest * (1.0 + 1e-5)).min(1e30) as f32,
+        })
+    }
+}
+
+/// The cells that can change the picture, and a bound of the optical depth of a ray in any.
+///
+/// Left out are cells without volume, cells with a scalar that is NaN, and cells whose
+/// scalars the transfer function maps to nothing: no extinction, or black where only
+/// color counts.
+fn visible_cells(mesh: &TetMesh, appearance: &Appearance) -> (Vec<u32>, f64) {
+    let tf = &appearance.transfer_function;
+    let mut deepest = 0.0_f64;
+    let visible = |&cell: &u32| {
+        let scalars = mesh.cell_scalars(cell as usize);
+        if scalars.iter().any(|s| s.is_nan()) {
+            return false;
+        }
+        let [p0, p1, p2, p3] = mesh.cell_points(cell as usize);
+        let volume = (p1 - p0).dot((p2 - p0).cross(p3 - p0));
+        // Not `> 0`: products of tiny edges may underflow in a cell that has a volume.
+        if volume == 0.0 && flat([p0, p1, p2, p3]) {
+            return false;
+        }
+        let low = scalars.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = scalars.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if appearance.optical_model == OpticalModel::MaximumIntensity {
+            return tf.max_color(low, high) > 0.0;
+        }
+        let extinction = tf.max_extinction(low, high);
+        let edges = [p1 - p0, p2 - p0, p3 - p0, p2 - p1, p3 - p1, p3 - p2];
+        let longest = edges.iter().map(|e| e.length()).fold(0.0, f64::max);
+        deepest = deepest.max(extinction * longest);
+        extinction > 0.0
+    };
+    let drawn = (0..mesh.cell_count() as u32).filter(visible).collect();
+    (drawn, deepest)
+}
+
+/// Whether four points lie in a plane, whatever their scale.
+fn flat(points: [tetrascope_core::glam::DVec3; 4]) -> bool {
+    let edges = [1, 2, 3].map(|i| points[i] - points[0]);
+    let scale = edges
+        .iter()
+        .map(|e| e.abs().max_element())
+        .fold(0.0, f64::max);
+    let [a, b, c] = edges.map(|e| e / scale);
+    scale == 0.0 || a.dot(b.cross(c)) == 0.0
+}
