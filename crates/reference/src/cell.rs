@@ -123,25 +123,41 @@ impl Cell {
                 area[lane] = beside[i][lane] * above[j] - above[i] * beside[j][lane];
             }
         }
-        let mut candidates = 0u32;
-        for lane in 0..N {
-            let areas: [f64; 6] = std::array::from_fn(|edge| areas[edge][lane]);
-            let hit = sign_bits(&areas) != 0 || areas.contains(&0.0);
-            candidates |= u32::from(hit) << lane;
+        // In the top bit, whether a ray crosses a face or needs a closer look.
+        let mut hits = [0u64; N];
+        for (_, [ij, ik, jk]) in FACES {
+            for lane in 0..N {
+                hits[lane] |= crossed(areas[ij][lane], areas[ik][lane], areas[jk][lane]);
+            }
         }
-        while candidates != 0 {
-            let lane = candidates.trailing_zeros() as usize;
-            candidates &= candidates - 1;
-            let rough: [f64; 6] = std::array::from_fn(|edge| areas[edge][lane]);
-            let at = |i: usize| [beside[i][lane], above[i]];
-            let faces = if rough.contains(&0.0) {
+        for area in &areas {
+            for lane in 0..N {
+                hits[lane] |= u64::from(area[lane] == 0.0) << 63;
+            }
+        }
+        for lane in 0..N {
+            if hits[lane] >> 63 == 0 {
+                continue;
+            }
+            let mut weights: [f64; 6] = [0.0; 6];
+            let mut tie = false;
+            for (edge, (i, j)) in EDGES.into_iter().enumerate() {
+                weights[edge] = area([beside[i][lane], above[i]], [beside[j][lane], above[j]]);
+                tie |= areas[edge][lane] == 0.0;
+            }
+            let faces = if tie {
+                let at = |i: usize| [beside[i][lane], above[i]];
                 faces_at(EDGES.map(|(i, j)| edge_sign(at(i), at(j))))
             } else {
-                sign_bits(&rough)
+                let mut faces = 0;
+                for (face, (_, [ij, ik, jk])) in FACES.into_iter().enumerate() {
+                    let bit = crossed(areas[ij][lane], areas[ik][lane], areas[jk][lane]) >> 63;
+                    faces |= (bit as u32) << face;
+                }
+                faces
             };
             if faces != 0 {
-                let areas = EDGES.map(|(i, j)| area(at(i), at(j)));
-                found(lane, self.crossing(faces, &areas));
+                found(lane, self.crossing(faces, &weights));
             }
         }
     }
@@ -163,7 +179,7 @@ impl Cell {
     }
 
     /// What [`Cell::meet_at`] says of a face.
-    #[inline]
+    #[inline(always)]
     fn meet(&self, face: u32, areas: &[f64; 6]) -> (f64, f64, f64) {
         // Spelled out, so that the indices are constants.
         match face {
@@ -220,18 +236,14 @@ fn greatest(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The faces that a ray crosses, a bit for each, if no area is 0.
+/// In the top bit, whether a ray crosses the face (i, j, k), given areas that are not 0:
+/// those of (i, j), (j, k) and (k, i) have one sign.
 ///
-/// A face is crossed where the areas of (i, j), (j, k) and (k, i) have one sign.
 /// The difference of two rounded products has the sign of their comparison.
-#[inline]
-fn sign_bits(areas: &[f64; 6]) -> u32 {
-    let mut faces = 0;
-    for (face, (_, [ij, ik, jk])) in FACES.iter().enumerate() {
-        let [ij, ik, jk] = [ij, ik, jk].map(|&edge| areas[edge].to_bits());
-        faces |= ((!(ij ^ jk) & (ij ^ ik)) >> 63 << face) as u32;
-    }
-    faces
+#[inline(always)]
+fn crossed(ij: f64, ik: f64, jk: f64) -> u64 {
+    let [ij, ik, jk] = [ij.to_bits(), ik.to_bits(), jk.to_bits()];
+    !(ij ^ jk) & (ij ^ ik)
 }
 
 /// The faces that a ray crosses, a bit for each, given the signs of the edges.
