@@ -30,6 +30,10 @@
 //! # Limits
 //! - `EmissionAbsorption` draws cells in the order of their centroids, which is not
 //!   always the order of visibility; graded meshes show it most.
+//! - The rasterizer snaps vertices, mostly to 1/256 of a pixel, and so gives a few
+//!   pixels along edges to a cell that their ray just misses. What is drawn there is
+//!   off by what 1/256 of a pixel makes of the chord: on 3000 cells at 96x96 up to
+//!   9e-3 in such a pixel, 8e-5 in the picture's root mean square.
 //! - Where the device cannot blend f32, sums are kept in f16 and the frame says so.
 //! - A face that crosses the plane through the eye is clipped by the rasterizer, in
 //!   whose rounding a pixel there may be lost or doubled.

@@ -1,13 +1,15 @@
 //! Cell projection against the ground truth.
 
 use tetrascope_core::glam::DVec3;
+use tetrascope_core::mesh::{Association, Scalars};
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, Frame, OpticalModel, Projection as Spread, TransferFunction,
-    View, Volume, VolumeRenderer as _,
+    Appearance, Camera, CameraFit, Error, Frame, Knot, OpticalModel, Projection as Spread, TetMesh,
+    TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_datasets::{Options, find};
-use tetrascope_gpu::{Gpu, testing};
-use tetrascope_projection::{Projection, ProjectionOptions};
+use tetrascope_gpu::memory::Source;
+use tetrascope_gpu::{Gpu, read_back, testing, wgpu};
+use tetrascope_projection::{Order, Projection, ProjectionOptions};
 use tetrascope_reference::{Reference, ReferenceOptions};
 
 /// A data set with its own transfer function.
@@ -87,7 +89,15 @@ fn difference(a: &Frame, b: &Frame) -> (f64, f64) {
 }
 
 /// Draws `name` in every view and model and compares it with the truth.
-fn compare(test: &str, name: &str, cells: u64, sorted_tolerance: f64) {
+///
+/// The rasterizer snaps vertices to 1/256 of a pixel, so along each edge one pixel in
+/// some 256 is given to a cell that its ray just misses, and the ray's own cell goes
+/// without. The chords there are what 1/256 of a pixel is times the steepness of the
+/// faces: up to 1e-2 where a face is seen nearly edge on. A picture has about as many
+/// such pixels as edges cross pixels over 256: 1e-2 √(1/256 · 1/10) is 2e-4 if a tenth
+/// of all edges is that steep, and the curved surface of the torus has more of them
+/// than the cube. Sorting by centroid adds what it gets wrong.
+fn compare(test: &str, name: &str, cells: u64, commutative_tolerance: f64, sorted_tolerance: f64) {
     let Some(gpu) = testing::gpu(test) else {
         return;
     };
@@ -103,7 +113,7 @@ fn compare(test: &str, name: &str, cells: u64, sorted_tolerance: f64) {
             let (rmse, worst) = difference(&picture, &truth);
             eprintln!("{name} {optical_model:?} {from}: RMSE {rmse:.1e}, max {worst:.1e}");
             let tolerance = if optical_model.commutes() {
-                2e-5
+                commutative_tolerance
             } else {
                 sorted_tolerance
             };
@@ -117,10 +127,321 @@ fn compare(test: &str, name: &str, cells: u64, sorted_tolerance: f64) {
 
 #[test]
 fn the_sphere_is_drawn_right() {
-    compare("the_sphere_is_drawn_right", "sphere", 3000, 2e-3);
+    compare("the_sphere_is_drawn_right", "sphere", 3000, 2e-5, 2e-3);
 }
 
 #[test]
 fn the_torus_is_drawn_right() {
-    compare("the_torus_is_drawn_right", "torus", 3000, 2e-3);
+    compare("the_torus_is_drawn_right", "torus", 3000, 1e-4, 2e-3);
+}
+
+/// A cube of n³ smaller ones, six tetrahedra each around a diagonal (Kuhn), with one
+/// scalar everywhere.
+fn homogeneous(n: u32, keep: impl Fn(u32, u32, u32) -> bool) -> Volume {
+    let side = n + 1;
+    let point = |x: u32, y: u32, z: u32| (z * side + y) * side + x;
+    let mut points = Vec::new();
+    for z in 0..side {
+        for y in 0..side {
+            for x in 0..side {
+                points.push(DVec3::new(x.into(), y.into(), z.into()) / f64::from(n));
+            }
+        }
+    }
+    let mut cells = Vec::new();
+    let steps = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    let orders = [
+        [0, 1, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [0, 2, 1],
+        [2, 1, 0],
+        [1, 0, 2],
+    ];
+    for z in 0..n {
+        for y in 0..n {
+            for x in 0..n {
+                for order in orders.iter().filter(|_| keep(x, y, z)) {
+                    let mut at = [x, y, z];
+                    let mut cell = [point(x, y, z); 4];
+                    for (corner, axis) in order.iter().enumerate() {
+                        for (a, step) in at.iter_mut().zip(steps[*axis]) {
+                            *a += step;
+                        }
+                        cell[corner + 1] = point(at[0], at[1], at[2]);
+                    }
+                    cells.push(cell);
+                }
+            }
+        }
+    }
+    let scalars = Scalars {
+        name: "one".into(),
+        association: Association::Point,
+        values: vec![1.0; points.len()],
+    };
+    let mesh = TetMesh::from_tetrahedra(points, cells, scalars);
+    Volume::Mesh(mesh.expect("a valid mesh"))
+}
+
+fn constant(extinction: f64, optical_model: OpticalModel) -> Appearance {
+    let knot = Knot {
+        scalar: 1.0,
+        color: DVec3::new(0.5, 1.0, 0.25),
+        extinction,
+    };
+    Appearance {
+        transfer_function: TransferFunction::new(vec![knot]).expect("one knot"),
+        optical_model,
+    }
+}
+
+// Uniform σ: α = 1 − e^(−σ l) on a chord of length l, whatever the cells. A pixel that a
+// shared face covers twice, or not at all, would be off by a cell's part.
+#[test]
+fn shared_faces_leave_no_seams() {
+    let Some(gpu) = testing::gpu("shared_faces_leave_no_seams") else {
+        return;
+    };
+    let volume = homogeneous(8, |_, _, _| true);
+    for model in [OpticalModel::EmissionAbsorption, OpticalModel::Absorption] {
+        let appearance = constant(2.0, model);
+        // 64 pixels over 8 cubes: every boundary between cells lies on a pixel's
+        // border, and with 72 on its center.
+        for size in [64, 72, 72 + 1] {
+            let camera = Camera {
+                position: DVec3::new(0.5, 0.5, 3.0),
+                focal_point: DVec3::splat(0.5),
+                view_up: DVec3::Y,
+                projection: Spread::Orthographic {
+                    parallel_scale: 0.5,
+                },
+            };
+            let view = View {
+                camera,
+                width: size,
+                height: size,
+                background: [0.0; 4],
+            };
+            let frame = drawn(&gpu, &volume, &appearance, &view);
+            let expected = -(-2.0_f64).exp_m1();
+            for (i, pixel) in frame.pixels.iter().enumerate() {
+                // 24 cells at most on a ray, each off by less than 2⁻²² of its depth.
+                let off = (f64::from(pixel[3]) - expected).abs();
+                assert!(off < 2e-6, "{model:?}: pixel {i} of {size}²: {}", pixel[3]);
+            }
+        }
+    }
+}
+
+// The cube's middle third is missing: chords there are 1 − 1/3.
+#[test]
+fn holes_are_left_out() {
+    let Some(gpu) = testing::gpu("holes_are_left_out") else {
+        return;
+    };
+    let volume = homogeneous(3, |x, y, z| (x, y, z) != (1, 1, 1));
+    let camera = Camera::fit(&volume.bounds(), CameraFit::PlusZ, true, 1.0);
+    let view = View {
+        camera,
+        width: 63,
+        height: 63,
+        background: [0.0; 4],
+    };
+    let frame = drawn(
+        &gpu,
+        &volume,
+        &constant(1.0, OpticalModel::Absorption),
+        &view,
+    );
+    let alpha = |column, row| f64::from(frame.pixel(column, row)[3]);
+    assert!((alpha(31, 31) + (-2.0_f64 / 3.0).exp_m1()).abs() < 1e-6);
+    // Beside the hole: a third of the cube is 12 pixels of its √3-times wider image.
+    assert!((alpha(31 + 9, 31) + (-1.0_f64).exp_m1()).abs() < 1e-6);
+    assert_eq!(alpha(0, 0), 0.0);
+}
+
+// σ l with the eye in the middle of a unit cube: l = 1/2 straight ahead.
+#[test]
+fn a_cell_around_the_eye_starts_at_the_eye() {
+    let Some(gpu) = testing::gpu("a_cell_around_the_eye_starts_at_the_eye") else {
+        return;
+    };
+    let volume = homogeneous(1, |_, _, _| true);
+    let camera = Camera {
+        position: DVec3::splat(0.5),
+        focal_point: DVec3::new(0.5, 0.5, 0.0),
+        view_up: DVec3::Y,
+        projection: Spread::Perspective { view_angle: 60.0 },
+    };
+    let view = View {
+        camera,
+        width: 65,
+        height: 65,
+        background: [0.0; 4],
+    };
+    let appearance = constant(1.0, OpticalModel::EmissionAbsorption);
+    let frame = drawn(&gpu, &volume, &appearance, &view);
+    for (column, row) in [(32, 32), (0, 0), (64, 7), (11, 50)] {
+        let ray = view.ray(column, row);
+        // All of these rays leave through the face z = 0.
+        let chord = 0.5 / -ray.direction.z;
+        let off = f64::from(frame.pixel(column, row)[3]) + (-chord).exp_m1();
+        assert!(off.abs() < 2e-6, "({column}, {row}): {off:e}");
+    }
+}
+
+#[test]
+fn what_is_left_out_is_counted() {
+    let Some(gpu) = testing::gpu("what_is_left_out_is_counted") else {
+        return;
+    };
+    let (volume, transfer_function) = scene("sphere", 3000);
+    let cells = volume.cell_count() as u64;
+    let Volume::Mesh(mesh) = &volume else {
+        panic!("the sphere is a mesh");
+    };
+    let view = views(&volume)[0].1;
+    let mut appearance = Appearance {
+        transfer_function,
+        optical_model: OpticalModel::EmissionAbsorption,
+    };
+    let options = ProjectionOptions::default();
+    let mut renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+    let tf = &appearance.transfer_function;
+    let shows = |cell| {
+        let s = mesh.cell_scalars(cell);
+        let (low, high) = (
+            s.into_iter().fold(s[0], f64::min),
+            s.into_iter().fold(s[0], f64::max),
+        );
+        tf.max_extinction(low, high) > 0.0
+    };
+    let shown = (0..mesh.cell_count()).filter(|c| shows(*c)).count() as u64;
+    assert!(
+        0 < shown && shown < cells,
+        "the scene hides some cells and shows some"
+    );
+    let stats = renderer.render(&view).expect("a picture").stats;
+    assert_eq!(stats.cells_drawn, Some(shown));
+    assert_eq!(stats.cells_skipped, Some(cells - shown));
+    assert_eq!(stats.cells_sorted, Some(shown));
+    assert_eq!(stats.passes, 3);
+    // Four indices a cell, four numbers a vertex, and what is drawn: its index, and
+    // two keys and two values to sort it. Small tables are left out on both sides.
+    let vertices = mesh.points().len() as u64;
+    let least = 16 * cells + 16 * vertices + 20 * shown;
+    assert!(
+        (least..least + 8192).contains(&stats.bytes_resident),
+        "{}",
+        stats.bytes_resident
+    );
+    assert!(stats.bytes_resident <= 64 * cells, "64 bytes a cell");
+
+    appearance.optical_model = OpticalModel::Absorption;
+    renderer.restyle(&appearance).expect("it fits");
+    let stats = renderer.render(&view).expect("a picture").stats;
+    assert_eq!((stats.cells_sorted, stats.passes), (Some(0), 2));
+
+    // No cell has a scalar.
+    let mut scalars = mesh.scalars().clone();
+    scalars.values.fill(f64::NAN);
+    let blank = Volume::Mesh(mesh.with_scalars(scalars).expect("as many values"));
+    renderer.reload(&blank).expect("it fits");
+    let frame = renderer.render(&view).expect("a picture");
+    assert_eq!(
+        (frame.stats.cells_drawn, frame.stats.cells_skipped),
+        (Some(0), Some(cells))
+    );
+    let background = view.premultiplied_background().map(|c| c as f32);
+    assert!(frame.pixels.iter().all(|p| *p == background));
+}
+
+#[test]
+fn a_changed_renderer_draws_like_a_new_one() {
+    let Some(gpu) = testing::gpu("a_changed_renderer_draws_like_a_new_one") else {
+        return;
+    };
+    let (volume, transfer_function) = scene("sphere", 1000);
+    let view = views(&volume)[0].1;
+    let first = constant(1.0, OpticalModel::Emission);
+    let options = ProjectionOptions::default();
+    let mut renderer = Projection::new(&gpu, &volume, &first, &options).expect("it fits");
+    // From a model that is not sorted to one that is.
+    let second = Appearance {
+        transfer_function,
+        optical_model: OpticalModel::EmissionAbsorption,
+    };
+    renderer.restyle(&second).expect("it fits");
+    let changed = renderer.render(&view).expect("a picture");
+    // Scalars kept their map of the first transfer function: rounded elsewhere, by
+    // 2⁻²⁴ of a width like that of the second.
+    let (rmse, _) = difference(&changed, &drawn(&gpu, &volume, &second, &view));
+    assert!(rmse < 1e-6, "{rmse:e}");
+
+    let (other, _) = scene("torus", 500);
+    renderer.reload(&other).expect("it fits");
+    let view = views(&other)[0].1;
+    let changed = renderer.render(&view).expect("a picture");
+    let (rmse, _) = difference(&changed, &drawn(&gpu, &other, &second, &view));
+    assert!(rmse < 1e-6, "{rmse:e}");
+}
+
+#[test]
+fn the_callers_texture_gets_the_same_picture() {
+    let Some(gpu) = testing::gpu("the_callers_texture_gets_the_same_picture") else {
+        return;
+    };
+    // The application's device, its encoder, its texture and format.
+    let gpu = Gpu::from_device(gpu.device().clone(), gpu.queue().clone());
+    let volume = homogeneous(2, |_, _, _| true);
+    let view = views(&volume)[0].1;
+    let appearance = constant(3.0, OpticalModel::EmissionAbsorption);
+    let options = ProjectionOptions {
+        target_format: wgpu::TextureFormat::Rgba8Unorm,
+        ..ProjectionOptions::default()
+    };
+    let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+    let size = (view.width, view.height);
+    let texture = gpu.texture("the application's", size, options.target_format, usage);
+    let texture = texture.expect("it fits");
+    let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    let target = texture.create_view(&Default::default());
+    renderer
+        .encode(&mut encoder, &view, &target)
+        .expect("recorded");
+    let copy = read_back(&gpu, &mut encoder, Source::Texture(&texture)).expect("a copy");
+    gpu.finish(encoder).expect("nothing can fail");
+    let bytes: Vec<[u8; 4]> = copy.read().expect("readable");
+    let frame = renderer.render(&view).expect("a picture");
+    for (byte, pixel) in bytes.iter().zip(&frame.pixels) {
+        for (b, p) in byte.iter().zip(pixel) {
+            assert!(
+                (f32::from(*b) - 255.0 * p).abs() <= 0.51,
+                "{byte:?} {pixel:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_it_cannot_draw_is_refused() {
+    let Some(gpu) = testing::gpu("what_it_cannot_draw_is_refused") else {
+        return;
+    };
+    let appearance = constant(1.0, OpticalModel::Emission);
+    let volume = homogeneous(1, |_, _, _| true);
+    let options = ProjectionOptions {
+        order: Order::Unsorted,
+        ..ProjectionOptions::default()
+    };
+    let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+    let mut view = views(&volume)[0].1;
+    view.width = gpu.limits().max_texture_dimension_2d + 1;
+    let error = renderer.render(&view).expect_err("no texture is so wide");
+    assert!(matches!(error, Error::TooLarge { .. }), "{error}");
+    view.width = 0;
+    let error = renderer.render(&view).expect_err("no pixels");
+    assert!(matches!(error, Error::Invalid { .. }), "{error}");
 }

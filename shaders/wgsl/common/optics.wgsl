@@ -37,7 +37,7 @@ fn integrate(front: f32, back: f32, length: f32) -> vec4f {
             end = start;
         }
         sum = add_piece(sum, start, end, share);
-        if to_scalar == back {
+        if select(i.low <= back, i.high >= back, rising) {
             break;
         }
         // The outer intervals reach beyond every scalar, so the walk stays inside.
