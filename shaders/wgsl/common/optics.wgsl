@@ -87,8 +87,9 @@ fn segment_weights(a: f32, b: f32, m: f32) -> vec2f {
     return vec2f(max(1.0 - psi, 0.0), max(psi - t, 0.0));
 }
 
-// The power series to the fourth order. The fifth is largest, relative to the
-// first, for a = 2m, b = 0: (2m)⁴/945 · … ≤ 2⁻²⁴ for m ≤ 1/20 (see the test).
+// The power series to the fourth order (numerators and denominators exact). What is
+// left out is at most 4.7e-8 < 2⁻²⁴ of the opacity for m ≤ 1/20, worst over all a, b
+// with that mean (in rational arithmetic).
 const SERIES_DEPTH: f32 = 0.05;
 
 fn weights_series(a: f32, b: f32) -> vec2f {

@@ -12,11 +12,11 @@ fn transmittance(m: f32) -> f32 {
     return exp(-min(m, 100.0));
 }
 
-// 1 − e^(−m) without cancellation: the series' next term, m⁵/720 of m, is under
-// 2⁻¹⁹·m/5⁵ at m = 1/4, and beyond that 1 − e^(−m) keeps all but two bits.
+// 1 − e^(−m) without cancellation. The series' next term, m⁶/5040 of m, is under 2⁻²⁴
+// at m = 1/4; beyond that 1 − e^(−m) loses two bits.
 fn opacity(m: f32) -> f32 {
     if m < 0.25 {
-        return m * (1.0 - m / 2.0 * (1.0 - m / 3.0 * (1.0 - m / 4.0 * (1.0 - m / 5.0))));
+        return m * (1.0 - m / 2.0 * (1.0 - m / 3.0 * (1.0 - m / 4.0 * (1.0 - m / 5.0 * (1.0 - m / 6.0)))));
     }
     return 1.0 - transmittance(m);
 }
