@@ -8,6 +8,8 @@ use tetrascope_core::{Appearance, Error, View, Volume, VolumeRenderer};
 
 use crate::{Context, Setting, Settings};
 
+#[cfg(feature = "projection")]
+mod projection;
 #[cfg(feature = "reference")]
 mod reference;
 
@@ -41,6 +43,8 @@ pub type Build =
 const ALL: &[Algorithm] = &[
     #[cfg(feature = "reference")]
     reference::ALGORITHM,
+    #[cfg(feature = "projection")]
+    projection::ALGORITHM,
 ];
 
 /// Every algorithm that was compiled in, the ground truth first.

@@ -39,13 +39,19 @@ pub(crate) struct Cli {
 #[derive(Args)]
 pub(crate) struct Global {
     /// Print results as JSON on stdout and an error as one JSON line on stderr
-    #[arg(long, global = true)]
+    #[arg(long, global = true, display_order = 100)]
     pub(crate) json: bool,
     /// Print warnings and errors only
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    #[arg(
+        short,
+        long,
+        global = true,
+        display_order = 101,
+        conflicts_with = "verbose"
+    )]
     pub(crate) quiet: bool,
     /// Print more: statistics, then with -vv what the graphics driver logs
-    #[arg(short, long, global = true, action = ArgAction::Count)]
+    #[arg(short, long, global = true, display_order = 102, action = ArgAction::Count)]
     pub(crate) verbose: u8,
 }
 
@@ -118,7 +124,7 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     pub(crate) unit_distance: Option<f64>,
     /// black, white, transparent, #RRGGBB (sRGB), or linear R,G,B or R,G,B,A
-    #[arg(long, value_name = "COLOR", value_parser = background)]
+    #[arg(long, value_name = "COLOR", value_parser = background, allow_hyphen_values = true)]
     pub(crate) background: Option<[f32; 4]>,
 }
 

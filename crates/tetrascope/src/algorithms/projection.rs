@@ -1,0 +1,102 @@
+//! Cell projection's entry.
+
+use tetrascope_core::{Error, Volume};
+use tetrascope_projection::{
+    CellLayout, ExitSearch, Integration, Order, Projection, ProjectionOptions,
+};
+
+use super::Algorithm;
+use crate::{Setting, Settings, Values};
+
+const NAME: &str = "projection";
+
+pub(super) const ALGORITHM: Algorithm = Algorithm {
+    name: NAME,
+    title: "view-independent cell projection",
+    paper: "M. Weiler, M. Kraus, T. Ertl, \"Hardware-Based View-Independent Cell Projection\", \
+            IEEE Symposium on Volume Visualization and Graphics, 2002, pp. 13-22",
+    draws: "any mesh in every optical model; with emission and absorption cells are sorted by \
+            their centroids, which is not always the order of visibility",
+    needs_gpu: true,
+    settings: &[
+        Setting {
+            name: "order",
+            about: "the order of cells, where the optical model does not commute",
+            values: Values::Choice(&["unsorted", "centroid"]),
+            default: "centroid",
+        },
+        Setting {
+            name: "integration",
+            about: "how a ray's segment in a cell is integrated",
+            values: Values::Choice(&["exact"]),
+            default: "exact",
+        },
+        Setting {
+            name: "exit",
+            about: "where a ray's other crossing with a cell is found",
+            values: Values::Choice(&["per-fragment"]),
+            default: "per-fragment",
+        },
+        Setting {
+            name: "layout",
+            about: "how cells lie in the device's memory",
+            values: Values::Choice(&["shared-vertices"]),
+            default: "shared-vertices",
+        },
+    ],
+    sweep: &["order=centroid"],
+    supports: |volume, _, _| match volume {
+        Volume::Mesh(_) => Ok(()),
+        _ => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "regular grids".into(),
+            reason: "it projects the cells of a tetrahedral mesh".into(),
+        }),
+    },
+    build: |context, volume, appearance, settings| {
+        let options = options(settings);
+        let renderer = Projection::new(context.gpu()?, volume, appearance, &options)?;
+        Ok(Box::new(renderer))
+    },
+};
+
+fn options(settings: &Settings) -> ProjectionOptions {
+    ProjectionOptions {
+        order: choice(settings, "order", &Order::ALL),
+        integration: choice(settings, "integration", &Integration::ALL),
+        exit_search: choice(settings, "exit", &ExitSearch::ALL),
+        cell_layout: choice(settings, "layout", &CellLayout::ALL),
+        ..ProjectionOptions::default()
+    }
+}
+
+fn choice<T: Copy>(settings: &Settings, name: &str, all: &[(&str, T)]) -> T {
+    let value = settings.get(name);
+    let found = all.iter().find(|(word, _)| *word == value);
+    found.expect("the entry lists what the crate offers").1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_settings_are_those_of_the_crate_with_its_defaults() {
+        fn words<T>(all: &[(&'static str, T)]) -> Vec<&'static str> {
+            all.iter().map(|(word, _)| *word).collect()
+        }
+        let offered = |name: &str| match ALGORITHM.settings.iter().find(|s| s.name == name) {
+            Some(Setting {
+                values: Values::Choice(words),
+                ..
+            }) => words.to_vec(),
+            other => panic!("{name}: {other:?}"),
+        };
+        assert_eq!(offered("order"), words(&Order::ALL));
+        assert_eq!(offered("integration"), words(&Integration::ALL));
+        assert_eq!(offered("exit"), words(&ExitSearch::ALL));
+        assert_eq!(offered("layout"), words(&CellLayout::ALL));
+        let defaults = Settings::defaults(&ALGORITHM);
+        assert_eq!(options(&defaults), ProjectionOptions::default());
+    }
+}
