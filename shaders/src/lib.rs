@@ -28,6 +28,12 @@ pub mod sort {
     pub const SCATTER: &str = program!("sort/digits.wgsl", "sort/scatter.wgsl");
 }
 
+/// What a volume's parts added up to, `gather` of `tetrascope-gpu`.
+pub mod gather {
+    /// Puts the sum over the background.
+    pub const RESOLVE: &str = program!("common/optics_model.wgsl", "gather/resolve.wgsl");
+}
+
 /// The parts in `common`, as programs for their tests.
 pub mod common {
     /// `optics.wgsl` over many segments at once.
@@ -51,8 +57,6 @@ pub mod projection {
         "common/optics.wgsl",
         "projection/cell.wgsl",
     );
-    /// Pass 3: put the sum over the background.
-    pub const RESOLVE: &str = program!("common/optics_model.wgsl", "projection/resolve.wgsl");
 }
 
 /// Every program with its name.
@@ -63,7 +67,7 @@ pub const PROGRAMS: [(&str, &str); 7] = [
     ("common::PROBE", common::PROBE),
     ("projection::ORDER", projection::ORDER),
     ("projection::CELL", projection::CELL),
-    ("projection::RESOLVE", projection::RESOLVE),
+    ("gather::RESOLVE", gather::RESOLVE),
 ];
 
 #[cfg(test)]

@@ -19,8 +19,10 @@
 //! starts another with [`QUIET_MESA`] in its environment spares it the message.
 
 pub mod adapter;
+pub mod gather;
 pub mod memory;
 pub mod normalization;
+pub mod passes;
 pub mod sort;
 pub mod testing;
 pub mod timer;

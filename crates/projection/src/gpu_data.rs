@@ -23,17 +23,10 @@ pub(crate) struct Frame {
     pub(crate) scalars_per_cell: u32,
 }
 
-/// The mirror of `Resolve` in `resolve.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub(crate) struct Resolve {
-    pub(crate) background: [f32; 4],
-}
-
 #[cfg(test)]
 mod tests {
     use tetrascope_shaders::assert_layout;
-    use tetrascope_shaders::projection::{CELL, ORDER, RESOLVE};
+    use tetrascope_shaders::projection::{CELL, ORDER};
 
     use super::*;
 
@@ -61,6 +54,5 @@ mod tests {
                 }
             );
         }
-        assert_layout!(RESOLVE, Resolve { background });
     }
 }

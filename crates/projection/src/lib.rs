@@ -13,7 +13,7 @@
 //!    the optical model asks for it (§6).
 //! 4. `passes::cell` (`cell.wgsl`) rasterizes faces, finds in each fragment where the
 //!    ray enters and leaves (§3.2) and integrates between (§5.1).
-//! 5. `passes::resolve` (`resolve.wgsl`) puts the sum over the background.
+//! 5. `tetrascope_gpu::gather` puts the sum over the background.
 //!
 //! # Departures from the paper
 //! - *Back faces are drawn and the entry is found*; the paper draws front faces and

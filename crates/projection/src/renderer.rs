@@ -6,16 +6,15 @@ use std::time::Instant;
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
 };
+use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, ScalarMap, Timer, read_back, timer};
 
 use crate::frame::frame;
-use crate::gpu_data::Resolve;
 use crate::options::{Order, ProjectionOptions};
-use crate::passes::cell::{CellData, CellPass, gathered_format};
+use crate::passes::cell::{CellData, CellPass};
 use crate::passes::order::{OrderData, OrderPass};
-use crate::passes::resolve::ResolvePass;
 use crate::volume::{Field, Geometry, Look, mesh_of};
 
 /// Pipelines and the uploaded mesh.
@@ -117,12 +116,9 @@ impl Projection {
         let (normalization, field) = (&scene.geometry.normalization, &scene.field);
         let count = scene.look.drawn_count;
         let uniform = frame(view, normalization, count, field.per_cell);
-        let background = Resolve {
-            background: view.premultiplied_background().map(|c| c as f32),
-        };
         // New buffers each time: frames may be recorded before others are submitted.
         let uniform = gpu.upload("projection::frame", &[uniform], BufferUsages::UNIFORM)?;
-        let background = [background];
+        let background = [Resolve::of(view)];
         let background = gpu.upload("projection::resolve", &background, BufferUsages::UNIFORM)?;
         let gathered = self.gathered((view.width, view.height))?;
         let gathered = gathered.create_view(&Default::default());

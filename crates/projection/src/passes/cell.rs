@@ -2,13 +2,13 @@
 
 use tetrascope_core::{Error, OpticalModel};
 use tetrascope_gpu::Gpu;
-use tetrascope_gpu::wgpu::{
-    self, BlendComponent, BlendFactor, BlendOperation, BlendState, BufferUsages, Features,
-    ShaderStages, TextureFormat,
+use tetrascope_gpu::gather::{blend, gathered_format};
+use tetrascope_gpu::passes::{
+    READ, UNIFORM, group, layout, model_constant, module, pipeline_layout,
 };
+use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
 use tetrascope_shaders::projection::CELL;
 
-use super::{READ, UNIFORM, group, layout, model_constant, module, pipeline_layout};
 use crate::volume::{Field, Geometry, Look};
 
 /// Cells that one draw call covers: its 16-bit indices number four vertices of each.
@@ -151,36 +151,5 @@ impl CellPass {
             pass.draw_indexed(0..12 * cells, (4 * first) as i32, 0..1);
             first += cells;
         }
-    }
-}
-
-/// The texture in which the cells of `model` add up: f32 where the device blends it.
-pub(crate) fn gathered_format(gpu: &Gpu, model: OpticalModel) -> TextureFormat {
-    let single = gpu.features().contains(Features::FLOAT32_BLENDABLE);
-    match (model, single) {
-        (OpticalModel::Absorption, true) => TextureFormat::R32Float,
-        (OpticalModel::Absorption, false) => TextureFormat::R16Float,
-        (_, true) => TextureFormat::Rgba32Float,
-        (_, false) => TextureFormat::Rgba16Float,
-    }
-}
-
-fn blend(model: OpticalModel) -> BlendState {
-    let component = |dst_factor, operation| BlendComponent {
-        src_factor: BlendFactor::One,
-        dst_factor,
-        operation,
-    };
-    let component = match model {
-        // Back to front, premultiplied.
-        OpticalModel::EmissionAbsorption => {
-            component(BlendFactor::OneMinusSrcAlpha, BlendOperation::Add)
-        }
-        OpticalModel::MaximumIntensity => component(BlendFactor::One, BlendOperation::Max),
-        _ => component(BlendFactor::One, BlendOperation::Add),
-    };
-    BlendState {
-        color: component,
-        alpha: component,
     }
 }

@@ -1,12 +1,12 @@
 //! Pass 1: sort the cells by the distance of their centroids (`order.wgsl`).
 
 use tetrascope_core::Error;
+use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, group, layout, module, pipeline_layout};
 use tetrascope_gpu::sort::SortedPairs;
 use tetrascope_gpu::wgpu::{self, ShaderStages};
 use tetrascope_gpu::{Gpu, RadixSort};
 use tetrascope_shaders::projection::ORDER;
 
-use super::{READ, UNIFORM, WRITE, group, layout, module, pipeline_layout};
 use crate::frame::KEY_BITS;
 use crate::volume::{Geometry, Look};
 

@@ -1,7 +1,7 @@
-// Resolve: put what the cells added up to over the background.
+// Resolve: put what a volume added up to over the background.
 //
 // `tetrascope_core::optics::over`, model by model.
-// In:   gathered, what cell.wgsl blended.
+// In:   gathered, what a renderer blended.
 // Out:  linear premultiplied RGBA.
 // With: common/optics_model.wgsl
 

@@ -1,0 +1,95 @@
+//! Short forms of what every pass declares. Inside of [`Gpu::checked`], as wgpu may refuse.
+
+use tetrascope_core::OpticalModel;
+use wgpu::{BindingType, BufferBindingType, ShaderStages};
+
+use crate::Gpu;
+
+/// The number of `model` in `optics_model.wgsl`.
+pub fn model_constant(model: OpticalModel) -> (&'static str, f64) {
+    let index = OpticalModel::ALL.iter().position(|m| *m == model);
+    ("MODEL", index.expect("ALL has every model") as f64)
+}
+
+/// A bind group's layout: one buffer, or other resource, for each of `types`.
+pub fn layout(
+    gpu: &Gpu,
+    label: &str,
+    visibility: ShaderStages,
+    types: &[BindingType],
+) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> = (0..)
+        .zip(types)
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty: *ty,
+            count: None,
+        })
+        .collect();
+    gpu.device()
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(label),
+            entries: &entries,
+        })
+}
+
+/// A bind group of whole buffers.
+pub fn group(
+    gpu: &Gpu,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    resources: &[wgpu::BindingResource],
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = (0..)
+        .zip(resources)
+        .map(|(binding, resource)| wgpu::BindGroupEntry {
+            binding,
+            resource: resource.clone(),
+        })
+        .collect();
+    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout,
+        entries: &entries,
+    })
+}
+
+/// A pipeline's layout with these groups.
+pub fn pipeline_layout(
+    gpu: &Gpu,
+    label: &str,
+    groups: &[&wgpu::BindGroupLayout],
+) -> wgpu::PipelineLayout {
+    let groups: Vec<_> = groups.iter().map(|g| Some(*g)).collect();
+    gpu.device()
+        .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(label),
+            bind_group_layouts: &groups,
+            immediate_size: 0,
+        })
+}
+
+/// A compiled program.
+pub fn module(gpu: &Gpu, label: &str, source: &str) -> wgpu::ShaderModule {
+    gpu.device()
+        .create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        })
+}
+
+const fn buffer(ty: BufferBindingType) -> BindingType {
+    BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    }
+}
+
+/// A storage buffer that shaders read.
+pub const READ: BindingType = buffer(BufferBindingType::Storage { read_only: true });
+/// A storage buffer that shaders write.
+pub const WRITE: BindingType = buffer(BufferBindingType::Storage { read_only: false });
+/// A uniform buffer.
+pub const UNIFORM: BindingType = buffer(BufferBindingType::Uniform);
