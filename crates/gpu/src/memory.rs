@@ -1,6 +1,7 @@
 //! Buffers and textures, checked against the device's limits before they are made.
 
 use std::sync::mpsc;
+use std::time::Duration;
 
 use tetrascope_core::Error;
 use wgpu::{BufferUsages, TextureUsages};
@@ -193,6 +194,10 @@ pub fn read_back(
     }
 }
 
+/// How long another thread may take from the end of the device's work to handing
+/// its result over: far more than any scheduler lets it wait.
+const ANSWER: Duration = Duration::from_secs(30);
+
 impl ReadBack {
     /// Waits for the device and returns the elements, rows without padding.
     ///
@@ -207,8 +212,10 @@ impl ReadBack {
         let failed = |reason: String| Error::Device {
             reason: format!("cannot read the result: {reason}"),
         };
+        // Threads that share a device also run each other's callbacks, so that ours may
+        // still be on its way when our own wait is over.
         waiting
-            .try_recv()
+            .recv_timeout(ANSWER)
             .map_err(|_| failed("the device did not answer".into()))?
             .map_err(|error| failed(error.to_string()))?;
         let mapped = self.buffer.get_mapped_range(..);
