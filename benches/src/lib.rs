@@ -1,1 +1,37 @@
-//! Benchmarks.
+//! The scenes that the benchmarks share.
+
+use tetrascope::core::{Scene, Volume};
+use tetrascope::volumes;
+
+/// A volume and its scene.
+pub struct Case {
+    /// "sphere/149k cells".
+    pub name: String,
+    /// What is drawn.
+    pub volume: Volume,
+    /// How and from where.
+    pub scene: Scene,
+}
+
+/// Pixels a side.
+const SIDE: u32 = 256;
+
+/// The data sets of the papers, at the papers' sizes.
+///
+/// Panics where a data set does not load: there is nothing to measure then.
+pub fn cases() -> Vec<Case> {
+    ["sphere", "heat-sink"].into_iter().map(case).collect()
+}
+
+fn case(dataset: &str) -> Case {
+    let mut file = tetrascope::datasets::find(dataset).expect("listed").scene();
+    (file.image.width, file.image.height) = (Some(SIDE), Some(SIDE));
+    let volume = volumes::load(&file.volume).expect("data sets load").volume;
+    let scene = file.resolve(&volume).expect("data sets have valid scenes");
+    let thousands = (volume.cell_count() + 500) / 1000;
+    Case {
+        name: format!("{dataset}/{thousands}k cells"),
+        volume,
+        scene,
+    }
+}
