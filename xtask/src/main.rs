@@ -1,2 +1,68 @@
-//! .
-fn main() {}
+//! The harness's commands; see `front.rs` for `test`.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use tetrascope::core::{Error, ErrorKind};
+use xtask::{compare, setup, testing};
+
+/// The harness of Tetrascope
+#[derive(Parser)]
+#[command(
+    bin_name = "cargo xtask",
+    after_help = "Exit status: 0 done, 1 failure, 2 usage, 3 bad input, 4 no suitable graphics \
+                  adapter, 5 an error above its bound."
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Look for a graphics adapter; install a software one if there is none
+    Setup,
+    /// Draw scenes with every algorithm: error against time
+    Compare(compare::Options),
+    /// Accept the pictures of the last snapshot test
+    Bless,
+}
+
+/// `compare` is done and an error is above its bound.
+const MISSED: u8 = 5;
+
+fn main() -> ExitCode {
+    match Arguments::parse().command {
+        Task::Setup => finish(setup::setup().map(|adapter| {
+            println!("{adapter}");
+            ExitCode::SUCCESS
+        })),
+        Task::Compare(options) => finish(compare::run(&options).map(|passed| match passed {
+            true => ExitCode::SUCCESS,
+            false => ExitCode::from(MISSED),
+        })),
+        Task::Bless => finish(testing::bless().map(|blessed| {
+            for name in &blessed {
+                println!("{name}");
+            }
+            eprintln!("{} pictures accepted", blessed.len());
+            ExitCode::SUCCESS
+        })),
+    }
+}
+
+/// What, then how to help; and the exit status for who has to act.
+fn finish(result: Result<ExitCode, Error>) -> ExitCode {
+    result.unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        if let Some(help) = error.help() {
+            eprintln!("help: {help}");
+        }
+        ExitCode::from(match error.kind() {
+            ErrorKind::Failure => 1,
+            ErrorKind::Usage => 2,
+            ErrorKind::Input => 3,
+            ErrorKind::Gpu => 4,
+        })
+    })
+}

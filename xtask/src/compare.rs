@@ -1,0 +1,402 @@
+//! Draws scenes with every algorithm and sets error against time.
+//!
+//! 1. `plan` turns names and files into scenes.
+//! 2. `Contender`s are built, one an algorithm and setting; the ground truth draws.
+//! 3. Frames are drawn in turn, so that what slows the machine slows all alike.
+//! 4. Errors are judged and the report is written.
+
+mod plan;
+
+pub use plan::resolve;
+
+use std::io::IsTerminal as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use tetrascope::core::{Error, Frame, OpticalModel, Scene, Volume, VolumeRenderer};
+use tetrascope::{Algorithm, Context, Settings};
+
+use crate::metrics::{ImageError, median};
+use crate::picture::{difference_map, png, shown};
+use crate::plot::{self, Series};
+use crate::report::{Check, Drawn, ModelReport, Outcome, Pictures, Row, SceneReport, scientific};
+use crate::{machine, setup};
+
+/// What to compare.
+#[derive(clap::Args)]
+pub struct Options {
+    /// Mesh files, scene files (.toml, .json) or data sets [default: sphere orbital heat-sink]
+    #[arg(value_name = "FILE|DATASET|SCENE")]
+    pub scenes: Vec<String>,
+    /// The field of mesh files
+    #[arg(long)]
+    pub field: Option<String>,
+    /// Algorithms, separated by commas [default: all]
+    #[arg(long, value_delimiter = ',')]
+    pub algorithms: Vec<String>,
+    /// Optical models, separated by commas [default: all for data sets, a file's own for files]
+    #[arg(long, value_delimiter = ',')]
+    pub models: Vec<String>,
+    /// Image size [default: a scene file's own, else 256x256]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<String>,
+    /// Frames timed of each algorithm and setting
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub repeat: u32,
+    /// The folder of index.html and report.json [default: target/compare]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print the report as JSON in place of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The RMSE that is allowed: algorithm, whether the optical model commutes,
+/// whether only on convex meshes, limit. For an algorithm's default settings.
+///
+/// Cells sorted by their centroids err where two are in the wrong order, more so
+/// in meshes with notches; without an order to get wrong, what is left is the
+/// rounding of a few hundred additions in f32.
+const LIMITS: &[(&str, bool, bool, f64)] = &[
+    ("projection", false, true, 2e-3),
+    ("projection", true, false, 1e-4),
+];
+
+/// Runs the comparison, prints the table and writes the report.
+///
+/// Returns whether every error is within its bound.
+pub fn run(options: &Options) -> Result<bool, Error> {
+    let plan = plan::plan(options)?;
+    let adapter = match plan.algorithms.iter().any(|a| a.needs_gpu) {
+        true => setup::setup(),
+        false => Err(Error::NoAdapter {
+            reason: "no algorithm here needs one".into(),
+            help: None,
+        }),
+    };
+    if let Err(error) = &adapter {
+        eprintln!("{error}; drawing on the CPU alone");
+    }
+    let context = Context::new();
+    let mut report = machine::describe(adapter, options.repeat);
+    let mut pictures = Pictures::default();
+    pictures.set_plotted(plan.algorithms.iter().map(|a| a.name.into()).collect());
+    let progress = progress(plan.scenes.iter().map(|s| s.models.len() as u64).sum());
+    for (index, planned) in plan.scenes.iter().enumerate() {
+        let scene = scene(&context, &plan, planned, index, &progress, &mut pictures)?;
+        if let Some(svg) = chart(&scene, &plan.algorithms) {
+            pictures.set_chart(index, svg);
+        }
+        report.checks.extend(checks(&scene));
+        report.scenes.push(scene);
+    }
+    progress.finish_and_clear();
+
+    match options.json {
+        true => print!("{}", report.to_json()),
+        false => print!("{}", report.to_table()),
+    }
+    let folder = options
+        .out
+        .clone()
+        .unwrap_or_else(|| machine::target().join("compare"));
+    let page = folder.join("index.html");
+    write(&folder.join("report.json"), &report.to_json())?;
+    write(&page, &report.to_html(&pictures))?;
+    eprintln!("wrote {}", page.display());
+    for miss in report.checks.iter().filter(|check| !check.passed) {
+        eprintln!(
+            "missed: {}: RMSE {}, at most {} allowed",
+            miss.subject,
+            scientific(miss.rmse),
+            scientific(miss.limit)
+        );
+    }
+    Ok(report.passed())
+}
+
+/// Compares under each optical model of one scene.
+fn scene(
+    context: &Context,
+    plan: &plan::Plan,
+    planned: &plan::PlannedScene,
+    index: usize,
+    progress: &ProgressBar,
+    pictures: &mut Pictures,
+) -> Result<SceneReport, Error> {
+    phase(progress, &format!("{}: loading", planned.name));
+    let start = Instant::now();
+    let loaded = tetrascope::volumes::load(&planned.file.volume)?;
+    let load_ms = milliseconds(start.elapsed());
+    let volume = &loaded.volume;
+    let convex = match volume {
+        Volume::Mesh(mesh) => Some(mesh.boundary_statistics().convex),
+        Volume::Grid(_) => Some(true),
+        _ => None,
+    };
+    let mut report = SceneReport {
+        name: planned.name.clone(),
+        cells: volume.cell_count(),
+        convex,
+        load_ms,
+        sha256: machine::fingerprints(&loaded.files),
+        notes: loaded.notes.clone(),
+        models: Vec::new(),
+    };
+    for (m, &model) in planned.models.iter().enumerate() {
+        phase(progress, &format!("{}: {}", planned.name, model.name()));
+        let scene = plan::resolve(&planned.file, model, volume)?;
+        let contenders = draw(context, plan, volume, &scene)?;
+        show(&contenders, (index, m), pictures);
+        report.models.push(model_report(&scene, model, &contenders));
+        progress.inc(1);
+    }
+    Ok(report)
+}
+
+/// An algorithm with a setting, and what it has drawn.
+struct Contender {
+    algorithm: &'static Algorithm,
+    setting: &'static str,
+    settings: Settings,
+    renderer: Result<Box<dyn VolumeRenderer>, Error>,
+    prepare: Duration,
+    wall_ms: Vec<f64>,
+    gpu_ms: Vec<f64>,
+    frame: Option<Frame>,
+}
+
+/// Builds every contender and draws its frames, the ground truth's first.
+fn draw(
+    context: &Context,
+    plan: &plan::Plan,
+    volume: &Volume,
+    scene: &Scene,
+) -> Result<Vec<Contender>, Error> {
+    let mut contenders = Vec::new();
+    for &algorithm in &plan.algorithms {
+        if algorithm.needs_gpu {
+            // The device is made once a program: no algorithm is charged for it.
+            // An error comes up again in `build`.
+            _ = context.gpu();
+        }
+        for &setting in algorithm.sweep {
+            let settings = Settings::parse(algorithm, setting.split(','))?;
+            let start = Instant::now();
+            let renderer = (algorithm.supports)(volume, &scene.appearance, &scene.view)
+                .and_then(|()| (algorithm.build)(context, volume, &scene.appearance, &settings));
+            contenders.push(Contender {
+                algorithm,
+                setting,
+                settings,
+                renderer,
+                prepare: start.elapsed(),
+                wall_ms: Vec::new(),
+                gpu_ms: Vec::new(),
+                frame: None,
+            });
+        }
+    }
+    // Round 0 warms caches and is not counted.
+    for round in 0..=plan.repeat {
+        for contender in &mut contenders {
+            contender.draw(scene, round > 0);
+        }
+    }
+    Ok(contenders)
+}
+
+impl Contender {
+    fn draw(&mut self, scene: &Scene, counted: bool) {
+        let Ok(renderer) = &self.renderer else { return };
+        let start = Instant::now();
+        match renderer.render(&scene.view) {
+            Ok(frame) => {
+                if counted {
+                    self.wall_ms.push(milliseconds(start.elapsed()));
+                    self.gpu_ms.extend(frame.stats.gpu_seconds.map(|s| s * 1e3));
+                }
+                self.frame = Some(frame);
+            }
+            Err(error) => {
+                self.renderer = Err(error);
+                self.frame = None;
+            }
+        }
+    }
+
+    fn is_truth(&self) -> bool {
+        self.algorithm.name == plan::TRUTH
+    }
+
+    fn is_default(&self) -> bool {
+        self.settings == Settings::defaults(self.algorithm)
+    }
+
+    /// The numbers, if there is a picture.
+    fn outcome(&self, truth: Option<&Frame>) -> Outcome {
+        let (frame, error) = match (&self.frame, &self.renderer) {
+            (Some(frame), _) => (frame, None),
+            (None, Err(error)) => return Outcome::Skipped(error.to_string()),
+            (None, Ok(_)) => unreachable!("a renderer draws or fails"),
+        };
+        let error = error.or_else(|| {
+            let truth = truth.filter(|_| !self.is_truth())?;
+            Some(ImageError::between(truth, frame))
+        });
+        // Device time only where every frame has it.
+        let on_device = self.gpu_ms.len() == self.wall_ms.len();
+        let times = if on_device {
+            &self.gpu_ms
+        } else {
+            &self.wall_ms
+        };
+        let middle = |times: &[f64]| median(times).expect("at least one frame is timed");
+        let least = times.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = times.iter().copied().fold(0.0, f64::max);
+        Outcome::Drawn(Box::new(Drawn {
+            error,
+            prepare_ms: milliseconds(self.prepare),
+            frame_ms: middle(times),
+            frame_range_ms: [least, most],
+            clock: if on_device { "gpu" } else { "wall" },
+            wall_ms: middle(&self.wall_ms),
+            stats: frame.stats.clone(),
+        }))
+    }
+}
+
+fn model_report(scene: &Scene, model: OpticalModel, contenders: &[Contender]) -> ModelReport {
+    let truth = truth_of(contenders);
+    let rows = contenders.iter().map(|contender| Row {
+        algorithm: contender.algorithm.name,
+        setting: contender.setting.into(),
+        settings: contender.settings.to_string(),
+        is_default: contender.is_default(),
+        outcome: contender.outcome(truth),
+    });
+    ModelReport {
+        model: model.name(),
+        scene: scene.to_toml(),
+        defaults: scene.defaults.clone(),
+        size: [scene.view.width, scene.view.height],
+        truth_bound: truth.and_then(|frame| frame.stats.error_bound),
+        rows: rows.collect(),
+    }
+}
+
+fn truth_of(contenders: &[Contender]) -> Option<&Frame> {
+    contenders.iter().find(|c| c.is_truth())?.frame.as_ref()
+}
+
+/// The pictures: truth, then each contender and its difference.
+fn show(contenders: &[Contender], place: (usize, usize), pictures: &mut Pictures) {
+    let truth = truth_of(contenders);
+    for contender in contenders {
+        let Some(frame) = &contender.frame else {
+            continue;
+        };
+        let name = contender.algorithm.name;
+        pictures.add(place, name, contender.setting, &png(&shown(frame)));
+        if let (Some(truth), false) = (truth, contender.is_truth()) {
+            let map = difference_map(truth, frame).map(|(map, end)| (png(&map), end));
+            let map = map.as_ref().map(|(png, end)| (png.as_slice(), *end));
+            pictures.add_difference(place, "difference", contender.setting, map);
+        }
+    }
+}
+
+/// What is demanded of a scene's errors.
+fn checks(scene: &SceneReport) -> Vec<Check> {
+    let mut checks = Vec::new();
+    for model in &scene.models {
+        let commutes = OpticalModel::ALL
+            .iter()
+            .any(|m| m.name() == model.model && m.commutes());
+        for row in model.rows.iter().filter(|row| row.is_default) {
+            let limit = LIMITS.iter().find(|(name, commutative, convex, _)| {
+                *name == row.algorithm
+                    && *commutative == commutes
+                    && (!convex || scene.convex == Some(true))
+            });
+            let Outcome::Drawn(drawn) = &row.outcome else {
+                continue;
+            };
+            let (Some(&(.., limit)), Some(error)) = (limit, drawn.error) else {
+                continue;
+            };
+            checks.push(Check {
+                subject: format!("{} {} {}", scene.name, model.model, row.algorithm),
+                rmse: error.rmse,
+                limit,
+                passed: error.rmse <= limit,
+            });
+        }
+    }
+    checks
+}
+
+/// Error against time of one scene, a line an algorithm and model.
+fn chart(scene: &SceneReport, algorithms: &[&Algorithm]) -> Option<String> {
+    let mut series = Vec::new();
+    for (m, model) in scene.models.iter().enumerate() {
+        for (a, algorithm) in algorithms.iter().enumerate() {
+            let rows = model
+                .rows
+                .iter()
+                .filter(|row| row.algorithm == algorithm.name);
+            let points = rows.filter_map(|row| match &row.outcome {
+                Outcome::Drawn(drawn) => drawn
+                    .error
+                    .map(|e| (drawn.frame_ms, e.rmse, row.setting.clone())),
+                Outcome::Skipped(_) => None,
+            });
+            series.push(Series {
+                algorithm: a,
+                model: m,
+                points: points.collect(),
+            });
+        }
+    }
+    let truth = scene.models.first().and_then(|model| {
+        let row = model.rows.iter().find(|row| row.algorithm == plan::TRUTH)?;
+        match &row.outcome {
+            Outcome::Drawn(drawn) => Some(drawn.frame_ms),
+            Outcome::Skipped(_) => None,
+        }
+    });
+    plot::error_against_time(&series, truth, (720, 400))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Error> {
+    let failed = |source| Error::Io {
+        action: "cannot write",
+        path: path.into(),
+        source,
+    };
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(failed)?;
+    }
+    tetrascope::io::write_file(path, text.as_bytes())
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn progress(steps: u64) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {wide_msg}");
+    bar.set_style(style.expect("the template is valid"));
+    bar
+}
+
+fn phase(progress: &ProgressBar, what: &str) {
+    if std::io::stderr().is_terminal() {
+        progress.set_message(what.to_owned());
+    } else {
+        eprintln!("{what}");
+    }
+}
+
+fn milliseconds(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e3
+}

@@ -1,0 +1,15 @@
+//! The harness: everything that needs more than one crate.
+//!
+//! [`compare`] draws scenes with every algorithm and judges them by [`metrics`];
+//! [`report`] writes what came out, with [`plot`]s and [`picture`]s; [`setup`]
+//! gets a machine ready to draw; [`testing`] is what the tests here share.
+#![cfg(feature = "harness")]
+
+pub mod compare;
+pub mod machine;
+pub mod metrics;
+pub mod picture;
+pub mod plot;
+pub mod report;
+pub mod setup;
+pub mod testing;

@@ -1,0 +1,137 @@
+//! Pictures for people: frames as PNG, differences in false color.
+
+use image::{Rgba, RgbaImage};
+use tetrascope::core::Frame;
+use tetrascope::core::colormap::{Colormap, linear_to_srgb};
+
+use crate::metrics::difference;
+
+/// The color map of differences: black is none, pale yellow the scale's end.
+pub const DIFFERENCE_MAP: Colormap = Colormap::Inferno;
+
+/// A frame as it is shown: sRGB with straight alpha, clamped to [0, 1].
+pub fn shown(frame: &Frame) -> RgbaImage {
+    let byte = |x: f64| (x.clamp(0.0, 1.0) * 255.0).round() as u8;
+    RgbaImage::from_fn(frame.width, frame.height, |column, row| {
+        let [r, g, b, alpha] = frame.pixel(column, row).map(f64::from);
+        // A clear pixel has no color of its own, though it may add light.
+        let straight = |c: f64| linear_to_srgb((c / alpha.max(1e-12)).clamp(0.0, 1.0));
+        let color = if alpha > 0.0 {
+            [r, g, b].map(straight)
+        } else {
+            [0.0; 3]
+        };
+        Rgba([byte(color[0]), byte(color[1]), byte(color[2]), byte(alpha)])
+    })
+}
+
+/// The greatest difference of each pixel's channels in false color, and the
+/// value at the color scale's end: 1, 2 or 5 times a power of ten.
+///
+/// `None` where the images are equal. Panics where the sizes differ.
+pub fn difference_map(truth: &Frame, image: &Frame) -> Option<(RgbaImage, f64)> {
+    assert_eq!((truth.width, truth.height), (image.width, image.height));
+    let at = |column, row| {
+        let (t, p) = (truth.pixel(column, row), image.pixel(column, row));
+        (0..4).map(|c| difference(t[c], p[c])).fold(0.0, f64::max)
+    };
+    let pixels = (0..truth.height).flat_map(|row| (0..truth.width).map(move |c| at(c, row)));
+    // What is infinitely wrong shows as the scale's end and must not set it.
+    let greatest = pixels.clone().filter(|d| d.is_finite()).fold(0.0, f64::max);
+    if !pixels.clone().any(|d| d > 0.0) {
+        return None;
+    }
+    let end = if greatest > 0.0 {
+        round_up(greatest)
+    } else {
+        1.0
+    };
+    let map = RgbaImage::from_fn(truth.width, truth.height, |column, row| {
+        let color = DIFFERENCE_MAP.linear_rgb((at(column, row) / end).min(1.0));
+        let [r, g, b] = color
+            .to_array()
+            .map(|c| (linear_to_srgb(c) * 255.0).round() as u8);
+        Rgba([r, g, b, 255])
+    });
+    Some((map, end))
+}
+
+/// The least of 1, 2 and 5 times a power of ten that is not below `x` > 0.
+pub fn round_up(x: f64) -> f64 {
+    let decade = 10f64.powf(x.log10().floor());
+    let steps = [1.0, 2.0, 5.0].map(|step| step * decade);
+    // A power of ten may come out an ulp low: forgive that.
+    let fits = steps.into_iter().find(|&step| x <= step * (1.0 + 1e-12));
+    fits.unwrap_or(10.0 * decade)
+}
+
+/// Images in a row, a few gray pixels between them.
+pub fn side_by_side(images: &[&RgbaImage]) -> RgbaImage {
+    const GAP: u32 = 8;
+    let height = images.iter().map(|i| i.height()).max().unwrap_or(1);
+    let width: u32 = images.iter().map(|i| i.width() + GAP).sum();
+    let mut row = RgbaImage::from_pixel(width.max(1), height, Rgba([128, 128, 128, 255]));
+    let mut x = 0;
+    for image in images {
+        image::imageops::replace(&mut row, *image, x.into(), 0);
+        x += image.width() + GAP;
+    }
+    row
+}
+
+/// The image as a PNG file.
+pub fn png(image: &RgbaImage) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image
+        .write_to(&mut bytes, image::ImageFormat::Png)
+        .expect("memory takes any image");
+    bytes.into_inner()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tetrascope::core::FrameStats;
+
+    fn one(pixel: [f32; 4]) -> Frame {
+        Frame {
+            width: 1,
+            height: 1,
+            pixels: vec![pixel],
+            stats: FrameStats::default(),
+        }
+    }
+
+    #[test]
+    fn scales_end_at_round_numbers() {
+        for (x, end) in [
+            (0.011, 0.02),
+            (0.02, 0.02),
+            (3.0, 5.0),
+            (7.0, 10.0),
+            (1e-5, 1e-5),
+        ] {
+            assert!(
+                (round_up(x) / end - 1.0).abs() < 1e-9,
+                "{x}: {}",
+                round_up(x)
+            );
+        }
+    }
+
+    #[test]
+    fn equal_images_have_no_difference_map() {
+        assert!(difference_map(&one([0.5; 4]), &one([0.5; 4])).is_none());
+        let (map, end) =
+            difference_map(&one([0.5; 4]), &one([0.5, 0.5, 0.5, 0.25])).expect("they differ");
+        assert!((end - 0.5).abs() < 1e-12);
+        assert_ne!(map.get_pixel(0, 0).0, [0, 0, 0, 255]);
+    }
+
+    #[test]
+    fn shown_pixels_are_srgb_with_straight_alpha() {
+        // Half covered by linear 0.216, which is 128 in sRGB: 0.108 premultiplied.
+        let shown = shown(&one([0.108, 0.0, 0.5, 0.5]));
+        assert_eq!(shown.get_pixel(0, 0).0, [128, 0, 255, 128]);
+    }
+}

@@ -1,0 +1,581 @@
+//! What `compare` found: the numbers as JSON, and one page for people.
+
+use std::collections::BTreeMap;
+
+use base64::Engine as _;
+use minijinja::value::Serde;
+use minijinja::{AutoEscape, Environment};
+use serde::Serialize;
+use tetrascope::core::FrameStats;
+
+use crate::metrics::ImageError;
+
+/// The version of the JSON's layout.
+pub const REPORT_VERSION: u32 = 1;
+
+/// Everything that a run found, and everything that its numbers depend on.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    /// [`REPORT_VERSION`].
+    pub version: u32,
+    /// Program, version and source revision.
+    pub program: Program,
+    /// What it ran on.
+    pub machine: Machine,
+    /// Frames drawn of each row, after one that is not counted.
+    pub repeat: u32,
+    /// What was drawn.
+    pub scenes: Vec<SceneReport>,
+    /// What was demanded of the errors.
+    pub checks: Vec<Check>,
+}
+
+/// The program that made a report.
+#[derive(Debug, Serialize)]
+pub struct Program {
+    /// "tetrascope".
+    pub name: &'static str,
+    /// The crates' version.
+    pub version: &'static str,
+    /// The git revision, with "-dirty" where files were changed; `None` outside a checkout.
+    pub revision: Option<String>,
+    /// When the run began, UTC, as in RFC 3339.
+    pub started: String,
+    /// The command line.
+    pub command: String,
+    /// "release", or "debug" where assertions were on and times mean little.
+    pub build: &'static str,
+}
+
+/// What a report was made on.
+#[derive(Debug, Serialize)]
+pub struct Machine {
+    /// The operating system.
+    pub os: &'static str,
+    /// The processor's architecture.
+    pub architecture: &'static str,
+    /// The processor's name, where the system tells it.
+    pub processor: Option<String>,
+    /// Threads that run at a time.
+    pub threads: usize,
+    /// The graphics adapter: name, kind, backend, driver.
+    pub adapter: Option<String>,
+    /// Why there is no adapter.
+    pub no_adapter: Option<String>,
+}
+
+/// A scene, under one or more optical models.
+#[derive(Debug, Serialize)]
+pub struct SceneReport {
+    /// What the user calls it: a data set or a file.
+    pub name: String,
+    /// How many tetrahedra or voxel cells.
+    pub cells: usize,
+    /// Whether the mesh is convex, as far as is known.
+    pub convex: Option<bool>,
+    /// Read or generate, milliseconds.
+    pub load_ms: f64,
+    /// SHA-256 of each input file, hexadecimal, by name.
+    pub sha256: BTreeMap<String, String>,
+    /// What reading found and fixed.
+    pub notes: Vec<String>,
+    /// Under each optical model.
+    pub models: Vec<ModelReport>,
+}
+
+/// A scene under one optical model.
+#[derive(Debug, Serialize)]
+pub struct ModelReport {
+    /// The optical model's name.
+    pub model: &'static str,
+    /// The resolved scene as TOML; draws the very same picture.
+    pub scene: String,
+    /// What was chosen because the scene left it out.
+    pub defaults: Vec<String>,
+    /// Pixels a row and rows.
+    pub size: [u32; 2],
+    /// The truth's own error bound, absolute.
+    pub truth_bound: Option<f64>,
+    /// One an algorithm and setting.
+    pub rows: Vec<Row>,
+}
+
+/// One algorithm with one setting.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    /// The algorithm's name.
+    pub algorithm: &'static str,
+    /// What was set, "key=value,…"; empty for the defaults.
+    pub setting: String,
+    /// Every setting's value.
+    pub settings: String,
+    /// Whether these are the algorithm's defaults.
+    pub is_default: bool,
+    /// What came out.
+    pub outcome: Outcome,
+}
+
+/// What came out of a row.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// A picture.
+    Drawn(Box<Drawn>),
+    /// Why there is no picture.
+    Skipped(String),
+}
+
+/// A picture's numbers.
+#[derive(Debug, Serialize)]
+pub struct Drawn {
+    /// Against the truth; `None` for the truth itself.
+    pub error: Option<ImageError>,
+    /// From volume and appearance to a renderer that can draw, milliseconds.
+    pub prepare_ms: f64,
+    /// The median time a frame, milliseconds.
+    pub frame_ms: f64,
+    /// The quickest and the slowest frame, milliseconds.
+    pub frame_range_ms: [f64; 2],
+    /// "gpu" where `frame_ms` is between timestamps on the device, else "wall".
+    pub clock: &'static str,
+    /// The median wall time a frame, readback included, milliseconds.
+    pub wall_ms: f64,
+    /// The last frame's own account.
+    pub stats: FrameStats,
+}
+
+/// A bound on an error, and whether it was kept.
+#[derive(Debug, Serialize)]
+pub struct Check {
+    /// Scene, model, algorithm and setting.
+    pub subject: String,
+    /// The RMSE.
+    pub rmse: f64,
+    /// What it may be at most.
+    pub limit: f64,
+    /// Whether it is.
+    pub passed: bool,
+}
+
+/// The pictures of a page, by scene, model and row.
+#[derive(Default)]
+pub struct Pictures {
+    /// PNG files as `data:` addresses.
+    cards: BTreeMap<(usize, usize), Vec<Card>>,
+    charts: BTreeMap<usize, String>,
+    /// The algorithms in the charts, in the order of their markers.
+    plotted: Vec<String>,
+}
+
+/// A picture on the page.
+#[derive(Serialize)]
+struct Card {
+    title: String,
+    caption: String,
+    image: Option<String>,
+    /// A difference picture's scale, "0 to 2e-5".
+    scale_end: Option<String>,
+}
+
+/// What the template sees.
+#[derive(Serialize)]
+struct Page<'a> {
+    report: &'a Report,
+    /// By scene, then model.
+    cards: Vec<Vec<&'a [Card]>>,
+    charts: Vec<Option<&'a String>>,
+    misses: Vec<&'a Check>,
+    plotted: &'a [String],
+    legend_models: [&'static str; 4],
+    legend_markers: [&'static str; 4],
+}
+
+impl Pictures {
+    /// Adds a frame (a PNG file) to scene and model.
+    pub fn add(&mut self, place: (usize, usize), title: &str, caption: &str, png: &[u8]) {
+        self.card(place, title, caption, Some(png), None);
+    }
+
+    /// Adds a difference picture and the value at the end of its color scale;
+    /// `None` for images that are equal.
+    pub fn add_difference(
+        &mut self,
+        place: (usize, usize),
+        title: &str,
+        caption: &str,
+        map: Option<(&[u8], f64)>,
+    ) {
+        let end = map.map(|(_, end)| scientific(end));
+        self.card(place, title, caption, map.map(|(png, _)| png), end);
+    }
+
+    /// Sets the chart of a scene, an SVG.
+    pub fn set_chart(&mut self, scene: usize, svg: String) {
+        self.charts.insert(scene, svg);
+    }
+
+    /// Names the algorithms in the charts, in the order of their markers.
+    pub fn set_plotted(&mut self, algorithms: Vec<String>) {
+        self.plotted = algorithms;
+    }
+
+    fn card(
+        &mut self,
+        place: (usize, usize),
+        title: &str,
+        caption: &str,
+        png: Option<&[u8]>,
+        scale_end: Option<String>,
+    ) {
+        let base64 = base64::engine::general_purpose::STANDARD;
+        self.cards.entry(place).or_default().push(Card {
+            title: title.into(),
+            caption: caption.into(),
+            image: png.map(|png| format!("data:image/png;base64,{}", base64.encode(png))),
+            scale_end,
+        });
+    }
+}
+
+impl Report {
+    /// Whether every bound was kept.
+    pub fn passed(&self) -> bool {
+        self.checks.iter().all(|check| check.passed)
+    }
+
+    /// The report as JSON.
+    pub fn to_json(&self) -> String {
+        let mut json = serde_json::to_string_pretty(self).expect("a report is plain data");
+        json.push('\n');
+        json
+    }
+
+    /// The report as one HTML page that needs no other file.
+    pub fn to_html(&self, pictures: &Pictures) -> String {
+        let mut environment = Environment::new();
+        environment.set_auto_escape_callback(|_| AutoEscape::Html);
+        environment.add_filter("scientific", scientific);
+        environment.add_filter("ms", milliseconds);
+        environment.add_filter("bytes", bytes);
+        environment.add_filter("thousands", thousands);
+        environment
+            .add_template("index.html", include_str!("template.html"))
+            .expect("the template is valid");
+        let page = environment.get_template("index.html").expect("added above");
+        let cards: Vec<Vec<&[Card]>> = self
+            .scenes
+            .iter()
+            .enumerate()
+            .map(|(s, scene)| {
+                let of = |m| pictures.cards.get(&(s, m)).map_or(&[][..], Vec::as_slice);
+                (0..scene.models.len()).map(of).collect()
+            })
+            .collect();
+        let charts: Vec<Option<&String>> = (0..self.scenes.len())
+            .map(|s| pictures.charts.get(&s))
+            .collect();
+        let misses: Vec<&Check> = self.checks.iter().filter(|c| !c.passed).collect();
+        let page_data = Page {
+            report: self,
+            cards,
+            charts,
+            misses,
+            plotted: &pictures.plotted,
+            legend_models: crate::plot::COLORS,
+            legend_markers: crate::plot::MARKERS,
+        };
+        page.render(Serde(&page_data))
+            .expect("the template fits the report")
+    }
+
+    /// The report as a table for a terminal.
+    pub fn to_table(&self) -> String {
+        let mut rows = vec![
+            [
+                "scene",
+                "model",
+                "algorithm",
+                "setting",
+                "RMSE",
+                "max",
+                "PSNR dB",
+                "prepare ms",
+                "frame ms",
+                "clock",
+                "resident",
+            ]
+            .map(String::from),
+        ];
+        let mut breaks = Vec::new();
+        let mut skipped = Vec::new();
+        for scene in &self.scenes {
+            breaks.push(rows.len());
+            for model in &scene.models {
+                for row in &model.rows {
+                    let setting = if row.setting.is_empty() {
+                        "–"
+                    } else {
+                        &row.setting
+                    };
+                    let name = [
+                        scene.name.clone(),
+                        model.model.into(),
+                        row.algorithm.into(),
+                        setting.into(),
+                    ];
+                    let drawn = match &row.outcome {
+                        Outcome::Drawn(drawn) => drawn,
+                        Outcome::Skipped(why) => {
+                            skipped.push(format!("{}: skipped: {why}", name.join(" ")));
+                            continue;
+                        }
+                    };
+                    let [rmse, max, psnr] = match drawn.error {
+                        Some(e) => [
+                            scientific(e.rmse),
+                            scientific(e.max),
+                            e.psnr.map_or("∞".into(), |p| format!("{p:.1}")),
+                        ],
+                        None => [
+                            "truth".into(),
+                            format!("±{}", scientific(model.truth_bound.unwrap_or(0.0))),
+                            "–".into(),
+                        ],
+                    };
+                    let [a, b, c, d] = name;
+                    rows.push([
+                        a,
+                        b,
+                        c,
+                        d,
+                        rmse,
+                        max,
+                        psnr,
+                        milliseconds(drawn.prepare_ms),
+                        milliseconds(drawn.frame_ms),
+                        drawn.clock.into(),
+                        bytes(drawn.stats.bytes_resident),
+                    ]);
+                }
+            }
+        }
+        let width = |column: usize| {
+            rows.iter()
+                .map(|r| r[column].chars().count())
+                .max()
+                .unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
+        let mut table = String::new();
+        for (i, row) in rows.iter().enumerate() {
+            if breaks.contains(&i) {
+                table.push_str(&"─".repeat(widths.iter().sum::<usize>() + 2 * (widths.len() - 1)));
+                table.push('\n');
+            }
+            let cells = row
+                .iter()
+                .zip(&widths)
+                .enumerate()
+                .map(|(column, (cell, &width))| {
+                    // Words to the left, numbers to the right.
+                    if column < 4 {
+                        format!("{cell:<width$}")
+                    } else {
+                        format!("{cell:>width$}")
+                    }
+                });
+            table.push_str(cells.collect::<Vec<_>>().join("  ").trim_end());
+            table.push('\n');
+        }
+        for line in skipped {
+            table.push_str(&line);
+            table.push('\n');
+        }
+        table
+    }
+}
+
+/// Three digits: "1.23e-5", "0".
+pub fn scientific(x: f64) -> String {
+    if x == 0.0 {
+        "0".into()
+    } else {
+        format!("{x:.2e}")
+    }
+}
+
+/// Three digits: "0.123", "12.3", "1234".
+pub fn milliseconds(ms: f64) -> String {
+    match ms {
+        ms if ms >= 100.0 => format!("{ms:.0}"),
+        ms if ms >= 10.0 => format!("{ms:.1}"),
+        ms if ms >= 1.0 => format!("{ms:.2}"),
+        ms => format!("{ms:.3}"),
+    }
+}
+
+/// In the largest binary unit below: "12.3 MiB".
+pub fn bytes(bytes: u64) -> String {
+    let (mut value, mut unit) = (bytes as f64, "B");
+    for larger in ["KiB", "MiB", "GiB"] {
+        if value < 1024.0 {
+            break;
+        }
+        (value, unit) = (value / 1024.0, larger);
+    }
+    if unit == "B" {
+        format!("{bytes} B")
+    } else {
+        format!("{value:.1} {unit}")
+    }
+}
+
+/// "148 955", with thin spaces.
+fn thousands(count: u64) -> String {
+    let digits = count.to_string();
+    let mut grouped = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            grouped.push('\u{2009}');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(name: &str) -> Report {
+        let error = ImageError {
+            rmse: 1.5e-4,
+            max: 2e-3,
+            psnr: Some(76.5),
+            worst_pixel: [1, 2],
+        };
+        let drawn = Drawn {
+            error: Some(error),
+            prepare_ms: 12.0,
+            frame_ms: 3.5,
+            frame_range_ms: [3.0, 4.0],
+            clock: "gpu",
+            wall_ms: 5.0,
+            stats: FrameStats::default(),
+        };
+        let row = |setting: &str, outcome| Row {
+            algorithm: "projection",
+            setting: setting.into(),
+            settings: "order=centroid".into(),
+            is_default: true,
+            outcome,
+        };
+        let rows = vec![
+            row("order=centroid", Outcome::Drawn(Box::new(drawn))),
+            row("order=exact", Outcome::Skipped("no <adapter>".into())),
+        ];
+        Report {
+            version: REPORT_VERSION,
+            program: Program {
+                name: "tetrascope",
+                version: "0.0.0",
+                revision: None,
+                started: "2026-01-01T00:00:00Z".into(),
+                command: "compare".into(),
+                build: "release",
+            },
+            machine: Machine {
+                os: "linux",
+                architecture: "x86_64",
+                processor: None,
+                threads: 2,
+                adapter: None,
+                no_adapter: Some("none found".into()),
+            },
+            repeat: 3,
+            scenes: vec![SceneReport {
+                name: name.into(),
+                cells: 148_955,
+                convex: Some(true),
+                load_ms: 1.0,
+                sha256: BTreeMap::new(),
+                notes: vec!["a note".into()],
+                models: vec![ModelReport {
+                    model: "emission-absorption",
+                    scene: "version = 1".into(),
+                    defaults: vec![],
+                    size: [4, 4],
+                    truth_bound: Some(1e-12),
+                    rows,
+                }],
+            }],
+            checks: vec![Check {
+                subject: "sphere".into(),
+                rmse: 1.5e-4,
+                limit: 1e-4,
+                passed: false,
+            }],
+        }
+    }
+
+    #[test]
+    fn the_page_holds_numbers_and_reasons_and_escapes_names() {
+        let report = report("a<b>.vtu");
+        let mut pictures = Pictures::default();
+        pictures.add((0, 0), "truth", "", b"png");
+        pictures.add_difference((0, 0), "difference", "", Some((b"png", 2e-5)));
+        let page = report.to_html(&pictures);
+        for text in [
+            "1.50e-4",
+            "76.5",
+            "a&lt;b&gt;.vtu",
+            "no &lt;adapter&gt;",
+            "2.00e-5",
+            "data:image/png;base64,cG5n",
+            "none found",
+        ] {
+            assert!(page.contains(text), "{text}");
+        }
+        assert!(!page.contains("a<b>"));
+        for outside in ["src=\"http", "href=\"http", "@import", "url("] {
+            assert!(!page.contains(outside), "the page needs {outside}");
+        }
+    }
+
+    #[test]
+    fn the_table_has_a_line_a_row_and_says_what_was_skipped() {
+        let table = report("sphere").to_table();
+        let lines: Vec<_> = table.lines().collect();
+        assert_eq!(lines.len(), 4, "{table}");
+        assert!(
+            lines[2].contains("1.50e-4") && lines[2].contains("gpu"),
+            "{table}"
+        );
+        assert!(lines[3].contains("skipped: no <adapter>"), "{table}");
+    }
+
+    #[test]
+    fn one_missed_bound_fails_the_report() {
+        let mut report = report("sphere");
+        assert!(!report.passed());
+        report.checks[0].passed = true;
+        assert!(report.passed());
+    }
+
+    #[test]
+    fn json_has_the_numbers() {
+        let json: serde_json::Value =
+            serde_json::from_str(&report("sphere").to_json()).expect("valid JSON");
+        let row = &json["scenes"][0]["models"][0]["rows"][0];
+        assert_eq!(row["outcome"]["drawn"]["error"]["rmse"], 1.5e-4);
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(bytes(1_572_864), "1.5 MiB");
+        assert_eq!(bytes(12), "12 B");
+        assert_eq!(thousands(148_955), "148\u{2009}955");
+        assert_eq!(milliseconds(123.4), "123");
+        assert_eq!(scientific(0.0), "0");
+    }
+}

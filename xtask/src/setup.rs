@@ -1,0 +1,132 @@
+//! Gets a machine ready to draw: a graphics adapter, or a software one.
+
+use std::env;
+use std::process::Command;
+
+use tetrascope::Context;
+use tetrascope::core::Error;
+
+/// Debian's packages of Mesa's software renderer and of the Vulkan loader.
+const PACKAGES: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
+
+/// Makes sure that there is a graphics adapter, and gives it in words.
+///
+/// Where there is none at all, Debian or Ubuntu is the system and this user may
+/// install without being asked for a password, it installs Mesa's software
+/// adapter and says so; elsewhere the error names the one command to type.
+/// Everything that happens is told on stderr.
+pub fn setup() -> Result<String, Error> {
+    let missing = match probe() {
+        Err(missing @ Error::NoAdapter { .. }) if tetrascope::gpu::adapters().is_empty() => missing,
+        found => return found,
+    };
+    if !is_debian() {
+        return Err(missing);
+    }
+    let Some(prefix) = root_prefix() else {
+        return Err(with_command(missing, "sudo apt-get install"));
+    };
+    eprintln!(
+        "no graphics adapter: installing {}, Mesa's software adapter",
+        PACKAGES.join(" and ")
+    );
+    let update = apt(&prefix, &["update", "--quiet"]);
+    // Lists may be fresh enough even if an update fails; the installation decides.
+    if !update {
+        eprintln!("`apt-get update` failed; going on with the lists that are here");
+    }
+    let mut install = vec!["install", "--yes", "--quiet", "--no-install-recommends"];
+    install.extend(PACKAGES);
+    if !apt(&prefix, &install) {
+        return Err(with_command(missing, "apt-get install"));
+    }
+    eprintln!("installed {}", PACKAGES.join(" and "));
+    probe()
+}
+
+/// A device in words, made for the purpose: an adapter that gives none is no use.
+fn probe() -> Result<String, Error> {
+    let context = Context::new();
+    context.gpu().map(|gpu| gpu.describe())
+}
+
+fn with_command(error: Error, command: &str) -> Error {
+    match error {
+        Error::NoAdapter { reason, .. } => Error::NoAdapter {
+            reason,
+            help: Some(format!("type `{command} {}`", PACKAGES.join(" "))),
+        },
+        other => other,
+    }
+}
+
+/// Whether this is Debian, Ubuntu or made from them (os-release(5)).
+fn is_debian() -> bool {
+    let release = std::fs::read_to_string("/etc/os-release").unwrap_or_default();
+    is_debian_release(&release)
+}
+
+fn is_debian_release(release: &str) -> bool {
+    release
+        .lines()
+        .filter_map(|line| line.strip_prefix("ID=").or(line.strip_prefix("ID_LIKE=")))
+        .flat_map(|names| names.trim_matches('"').split(' '))
+        .any(|name| name == "debian" || name == "ubuntu")
+}
+
+/// What to put before a command to run it as root without a password: nothing
+/// for root itself, `None` where that cannot be.
+fn root_prefix() -> Option<Vec<&'static str>> {
+    let output = Command::new("id").arg("-u").output().ok()?;
+    if output.stdout.trim_ascii() == b"0" {
+        return Some(Vec::new());
+    }
+    let sudo = Command::new("sudo").args(["-n", "true"]).output().ok()?;
+    sudo.status.success().then(|| vec!["sudo", "-n"])
+}
+
+fn apt(prefix: &[&str], arguments: &[&str]) -> bool {
+    let mut words =
+        prefix
+            .iter()
+            .copied()
+            .chain(["env", "DEBIAN_FRONTEND=noninteractive", "apt-get"]);
+    let program = words.next().expect("there is `env` at least");
+    let mut command = Command::new(program);
+    command.args(words).args(arguments);
+    // Results go to stdout, and this is none.
+    command.stdout(std::io::stderr());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// Whether a missing adapter is a failure: in CI, where there must be one.
+pub fn adapter_is_required() -> bool {
+    env::var_os("CI").is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn debian_and_its_children_are_known() {
+        assert!(is_debian_release("NAME=\"Debian GNU/Linux\"\nID=debian\n"));
+        assert!(is_debian_release("ID=ubuntu\nID_LIKE=debian"));
+        assert!(is_debian_release("ID=linuxmint\nID_LIKE=\"ubuntu debian\""));
+        assert!(!is_debian_release("ID=fedora\nID_LIKE=\"rhel centos\""));
+        assert!(!is_debian_release("NAME=\"not debian\""));
+    }
+
+    #[test]
+    fn the_command_to_type_names_the_packages() {
+        let missing = Error::NoAdapter {
+            reason: "none".into(),
+            help: None,
+        };
+        let help = with_command(missing, "sudo apt-get install").help();
+        assert_eq!(
+            help.as_deref(),
+            Some("type `sudo apt-get install mesa-vulkan-drivers libvulkan1`")
+        );
+    }
+}
