@@ -18,6 +18,21 @@ macro_rules! program {
     };
 }
 
+/// A program that slices grids; `$part` is how it reads samples.
+macro_rules! slice_program {
+    ($($part:literal),+) => {
+        program!(
+            "slicing/frame.wgsl",
+            "slicing/box_plane.wgsl",
+            $($part,)+
+            "common/optics_model.wgsl",
+            "common/transfer_function.wgsl",
+            "common/optics.wgsl",
+            "slicing/slice.wgsl",
+        )
+    };
+}
+
 /// The GPU radix sort of `tetrascope-gpu`, one program for each of its passes.
 pub mod sort {
     /// Pass 1: count the digits of each block.
@@ -59,8 +74,23 @@ pub mod projection {
     );
 }
 
+/// Slicing of regular grids (`tetrascope-slicing`).
+pub mod slicing {
+    /// Draws slabs of a volume of `f32`.
+    pub const SLICE_FLOAT: &str =
+        slice_program!("slicing/trilinear.wgsl", "slicing/voxels_float.wgsl");
+    /// Draws slabs of a volume of unsigned integers.
+    pub const SLICE_UNSIGNED: &str =
+        slice_program!("slicing/trilinear.wgsl", "slicing/voxels_unsigned.wgsl");
+    /// Draws slabs of a volume of signed integers.
+    pub const SLICE_SIGNED: &str =
+        slice_program!("slicing/trilinear.wgsl", "slicing/voxels_signed.wgsl");
+    /// Draws slabs of a volume that the texture unit filters.
+    pub const SLICE_FILTERED: &str = slice_program!("slicing/voxels_filtered.wgsl");
+}
+
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 7] = [
+pub const PROGRAMS: [(&str, &str); 11] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -68,6 +98,10 @@ pub const PROGRAMS: [(&str, &str); 7] = [
     ("projection::ORDER", projection::ORDER),
     ("projection::CELL", projection::CELL),
     ("gather::RESOLVE", gather::RESOLVE),
+    ("slicing::SLICE_FLOAT", slicing::SLICE_FLOAT),
+    ("slicing::SLICE_UNSIGNED", slicing::SLICE_UNSIGNED),
+    ("slicing::SLICE_SIGNED", slicing::SLICE_SIGNED),
+    ("slicing::SLICE_FILTERED", slicing::SLICE_FILTERED),
 ];
 
 #[cfg(test)]

@@ -134,9 +134,7 @@ fn private_folder() -> std::io::Result<PathBuf> {
 }
 
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("this package is in a folder of the repository")
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
 fn exe(name: &str) -> String {

@@ -32,6 +32,14 @@ pub struct FrameStats {
     pub cells_skipped: Option<u64>,
     /// Cells that were sorted; 0 when the optical model commutes.
     pub cells_sorted: Option<u64>,
+    /// Boxes of a grid that were drawn.
+    pub bricks_drawn: Option<u64>,
+    /// Boxes of a grid left out because they map to nothing.
+    pub bricks_skipped: Option<u64>,
+    /// Vertices sent to the vertex stage.
+    pub vertices: Option<u64>,
+    /// Bytes of the volume sent to the device for this frame.
+    pub bytes_uploaded: u64,
     /// Bytes of the volume that stay on the device (or in memory) between frames.
     pub bytes_resident: u64,
     /// The image's worst error bound, absolute, if the renderer has one.

@@ -1,5 +1,7 @@
 //! A regular grid of samples, kept in the type in which they were stored.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 
 use crate::{Bounds, Error};
@@ -7,14 +9,14 @@ use crate::{Bounds, Error};
 /// Samples at the points of a regular lattice, x fastest.
 ///
 /// Sample (i, j, k) lies at `origin + direction * (spacing * (i, j, k))` and has
-/// index `i + dims[0] * (j + dims[1] * k)`.
+/// index `i + dims[0] * (j + dims[1] * k)`. Cheap to clone: clones share the samples.
 #[derive(Clone, Debug)]
 pub struct Grid {
     dims: [usize; 3],
     origin: DVec3,
     spacing: DVec3,
     direction: DMat3,
-    samples: Samples,
+    samples: Arc<Samples>,
 }
 
 /// Grid samples as they were stored: never rescaled, never converted.
@@ -102,7 +104,7 @@ impl Grid {
             origin,
             spacing,
             direction,
-            samples,
+            samples: Arc::new(samples),
         })
     }
 

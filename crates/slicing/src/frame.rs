@@ -1,0 +1,202 @@
+//! The camera in the volume's lattice, made in f64 and rounded at the end.
+
+use tetrascope_core::glam::{DMat3, DVec3};
+use tetrascope_core::{Error, Projection, View};
+use tetrascope_gpu::Normalization;
+
+use crate::box_plane::front_corner;
+use crate::gpu_data;
+use crate::octree::Viewer;
+use crate::source::Lattice;
+
+/// The near plane, in normalized units, as in cell projection: below f32's resolution of
+/// the volume.
+const NEAR: f32 = 1.0 / (1 << 22) as f32;
+
+/// The most slabs of a frame; their numbers are exact in f32, and their polygons' index
+/// buffer has 3 MiB.
+const MAX_SLABS: f64 = (1 << 16) as f64;
+
+/// The geometry of a frame.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameGeometry {
+    /// Everything but what depends on boxes and samples.
+    uniform: gpu_data::Frame,
+    pub(crate) viewer: Viewer,
+    /// How far a box is enlarged on each side, cells.
+    margin: DVec3,
+    /// The optical axis, normalized units per cell along each axis.
+    forward: DVec3,
+    step: f64,
+    /// Fragments of one cell of the volume, about: slabs that cross it times pixels.
+    pub(crate) fragments_per_cell: f64,
+}
+
+/// The geometry for `view`, which must be valid; `None` if no part of the volume is in
+/// front of the eye.
+///
+/// [`Error::TooLarge`] for more slabs than a frame has at most.
+pub(crate) fn geometry(
+    view: &View,
+    lattice: &Lattice,
+    normalization: &Normalization,
+    slices_per_voxel: f64,
+) -> Result<Option<FrameGeometry>, Error> {
+    let camera = &view.camera;
+    let (right, up, forward) = camera.axes();
+    let eye = normalization.point(camera.position);
+    // Beside the volume's center or, if that is behind, at the eye.
+    let anchor_depth = (-eye.dot(forward)).max(0.0);
+    let anchor = eye + anchor_depth * forward;
+    let turn = DMat3::from_cols(right, up, forward).transpose();
+    let linear = turn * lattice.linear() * normalization.scale.recip();
+    let shift = turn * (normalization.point(lattice.origin) - anchor);
+    let inverse = linear.inverse();
+    let aspect = f64::from(view.width) / f64::from(view.height);
+    let (reach, perspective) = match camera.projection {
+        Projection::Perspective { view_angle } => ((view_angle.to_radians() / 2.0).tan(), true),
+        Projection::Orthographic { parallel_scale } => {
+            (parallel_scale / normalization.scale, false)
+        }
+    };
+    let reach = [reach * aspect, reach];
+    let slope = if perspective { reach } else { [0.0; 2] };
+    let extent = if perspective {
+        reach.map(|r| r * anchor_depth)
+    } else {
+        reach
+    };
+    // The ray at (x, y) is origin + x … + y … + depth (along + x … + y …).
+    let origin = inverse * -shift;
+    let origins = [inverse.x_axis * extent[0], inverse.y_axis * extent[1]];
+    let along = inverse.z_axis;
+    let alongs = [inverse.x_axis * slope[0], inverse.y_axis * slope[1]];
+
+    let cells = DVec3::from_array(lattice.cells().map(|c| c as f64));
+    let axis = DVec3::new(linear.x_axis.z, linear.y_axis.z, linear.z_axis.z);
+    // The depths of the nearest and the farthest corner.
+    let depths = |low: DVec3, size: DVec3| {
+        let (a, b) = (axis * low, axis * (low + size));
+        (
+            a.min(b).element_sum() + shift.z,
+            a.max(b).element_sum() + shift.z,
+        )
+    };
+    let (nearest, farthest) = depths(DVec3::ZERO, cells);
+    let first = nearest.max(-anchor_depth);
+    if farthest <= first {
+        return Ok(None);
+    }
+    // Rays are longest between planes in the image's corners.
+    let longest = (1.0 + slope[0] * slope[0] + slope[1] * slope[1]).sqrt();
+    let spacing = lattice.spacing.min_element() / normalization.scale;
+    let count = ((farthest - first) * slices_per_voxel * longest / spacing)
+        .ceil()
+        .max(1.0);
+    if count.is_nan() || count > MAX_SLABS {
+        return Err(Error::TooLarge {
+            what: format!("{slices_per_voxel} slices per voxel"),
+            needed: count.min(1e18) as u64,
+            limit: MAX_SLABS as u64,
+            unit: "slices",
+        });
+    }
+    let step = (farthest - first) / count;
+
+    // A slab's part in a box is seen where its middle plane cuts the box enlarged by what
+    // a ray advances in half a step. The rest is for rounding: the rasterizer's, a 256th
+    // of a pixel, and that of coordinates, a few 2⁻²⁴ of the volume.
+    let fastest = along.abs() + alongs[0].abs() + alongs[1].abs();
+    let pixel = |i: usize, pixels: u32| {
+        let deep = origins[i].abs() + farthest.abs().max(first.abs()) * alongs[i].abs();
+        deep * (2.0 / f64::from(pixels))
+    };
+    let pixels = pixel(0, view.width) + pixel(1, view.height);
+    let rounding = pixels / 64.0 + cells.max_element() * 1e-6 + 1e-4;
+    let margin = 0.5 * step * fastest + rounding;
+
+    let row = |i: usize| {
+        let row = linear.row(i);
+        [row.x as f32, row.y as f32, row.z as f32, shift[i] as f32]
+    };
+    let vector = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
+    let pair = |pair: [f64; 2]| pair.map(|x| x as f32);
+    let eye_in_lattice = inverse * (DVec3::new(0.0, 0.0, -anchor_depth) - shift);
+    // Pixels per normalized unit in the middle of the volume.
+    let middle = if perspective {
+        (0.5 * (first + farthest) + anchor_depth).max(step)
+    } else {
+        1.0
+    };
+    let density = f64::from(view.height) / (2.0 * reach[1] * middle);
+    let cell_volume = linear.determinant().abs();
+    Ok(Some(FrameGeometry {
+        uniform: gpu_data::Frame {
+            right: row(0),
+            up: row(1),
+            forward: row(2),
+            origin: vector(origin),
+            origin_x: vector(origins[0]),
+            origin_y: vector(origins[1]),
+            along: vector(along),
+            along_x: vector(alongs[0]),
+            along_y: vector(alongs[1]),
+            cells: vector(cells),
+            box_size: [0.0; 4],
+            margin: vector(margin),
+            inverse_spacing: vector(normalization.scale / lattice.spacing),
+            slope: pair(slope),
+            clip_per_unit: pair(reach.map(f64::recip)),
+            size: [view.width as f32, view.height as f32],
+            anchor_depth: anchor_depth as f32,
+            w_per_depth: f32::from(perspective),
+            w_constant: f32::from(!perspective),
+            // Orthographic: anything between 0 and w, as nothing is to be clipped.
+            near: if perspective { NEAR } else { 0.5 },
+            first_depth: first as f32,
+            step: step as f32,
+            slab_count: count as i32,
+            slabs_per_box: 0,
+            front: front_corner(axis.as_vec3()),
+            clip_plane_count: 0,
+            scalar_unit: 1.0,
+            scalar_base: 0.0,
+            scalar_factor: 1.0,
+            scalar_shift: 0.0,
+        },
+        viewer: if perspective {
+            Viewer::Eye(eye_in_lattice)
+        } else {
+            Viewer::Direction(along)
+        },
+        margin,
+        forward: axis,
+        step,
+        fragments_per_cell: cell_volume / step * density * density,
+    }))
+}
+
+impl FrameGeometry {
+    /// Planes that may cut a box of this size, in cells.
+    pub(crate) fn slabs_per_box(&self, size: [usize; 3]) -> u32 {
+        let size = DVec3::from_array(size.map(|s| s as f64)) + 2.0 * self.margin;
+        // One more, as both ends may lie on a plane, and one for rounding.
+        ((self.forward.abs() * size).element_sum() / self.step) as u32 + 2
+    }
+
+    /// Fragments of a box of this size, about.
+    pub(crate) fn fragments_per_box(&self, size: [usize; 3]) -> f64 {
+        let size = DVec3::from_array(size.map(|s| s as f64)) + 2.0 * self.margin;
+        size.element_product() * self.fragments_per_cell
+    }
+
+    /// The uniform for boxes of this size, in cells.
+    pub(crate) fn uniform(&self, size: [usize; 3]) -> gpu_data::Frame {
+        let [x, y, z] = size.map(|s| s as f32);
+        gpu_data::Frame {
+            box_size: [x, y, z, 0.0],
+            slabs_per_box: self.slabs_per_box(size),
+            ..self.uniform
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! `repr(C)` mirrors of WGSL structs.
+
+use bytemuck::{Pod, Zeroable};
+
+/// The mirror of `Frame` in `frame.wgsl`, where each field is explained.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(crate) struct Frame {
+    pub(crate) right: [f32; 4],
+    pub(crate) up: [f32; 4],
+    pub(crate) forward: [f32; 4],
+    pub(crate) origin: [f32; 4],
+    pub(crate) origin_x: [f32; 4],
+    pub(crate) origin_y: [f32; 4],
+    pub(crate) along: [f32; 4],
+    pub(crate) along_x: [f32; 4],
+    pub(crate) along_y: [f32; 4],
+    pub(crate) cells: [f32; 4],
+    pub(crate) box_size: [f32; 4],
+    pub(crate) margin: [f32; 4],
+    pub(crate) inverse_spacing: [f32; 4],
+    pub(crate) slope: [f32; 2],
+    pub(crate) clip_per_unit: [f32; 2],
+    pub(crate) size: [f32; 2],
+    pub(crate) anchor_depth: f32,
+    pub(crate) w_per_depth: f32,
+    pub(crate) w_constant: f32,
+    pub(crate) near: f32,
+    pub(crate) first_depth: f32,
+    pub(crate) step: f32,
+    pub(crate) slab_count: i32,
+    pub(crate) slabs_per_box: u32,
+    pub(crate) front: u32,
+    pub(crate) clip_plane_count: u32,
+    pub(crate) scalar_unit: f32,
+    pub(crate) scalar_base: f32,
+    pub(crate) scalar_factor: f32,
+    pub(crate) scalar_shift: f32,
+}
+
+/// The mirror of `Box` in `frame.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct Box {
+    pub(crate) low: [i32; 3],
+    pub(crate) padding: i32,
+    pub(crate) texel: [i32; 3],
+    pub(crate) padding_too: i32,
+}
+
+/// The mirror of `Tables` in `box_plane.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct Tables {
+    pub(crate) sequence: [[u32; 8]; 8],
+    pub(crate) first: [[u32; 4]; 6],
+    pub(crate) second: [[u32; 4]; 6],
+}
+
+#[cfg(test)]
+mod tests {
+    use tetrascope_shaders::assert_layout;
+    use tetrascope_shaders::slicing::{SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED, SLICE_UNSIGNED};
+
+    use super::*;
+
+    #[test]
+    fn structs_have_the_layout_of_their_twins() {
+        for program in [SLICE_FLOAT, SLICE_UNSIGNED, SLICE_SIGNED, SLICE_FILTERED] {
+            assert_layout!(
+                program,
+                Frame {
+                    right,
+                    up,
+                    forward,
+                    origin,
+                    origin_x,
+                    origin_y,
+                    along,
+                    along_x,
+                    along_y,
+                    cells,
+                    box_size,
+                    margin,
+                    inverse_spacing,
+                    slope,
+                    clip_per_unit,
+                    size,
+                    anchor_depth,
+                    w_per_depth,
+                    w_constant,
+                    near,
+                    first_depth,
+                    step,
+                    slab_count,
+                    slabs_per_box,
+                    front,
+                    clip_plane_count,
+                    scalar_unit,
+                    scalar_base,
+                    scalar_factor,
+                    scalar_shift,
+                }
+            );
+            assert_layout!(program, Box { low, texel });
+            assert_layout!(
+                program,
+                Tables {
+                    sequence,
+                    first,
+                    second
+                }
+            );
+        }
+    }
+}

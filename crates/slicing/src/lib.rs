@@ -1,0 +1,60 @@
+//! Slices of regular grids, computed in the vertex stage.
+//!
+//! C. Rezk Salama, A. Kolb, "A Vertex Program for Efficient Box-Plane Intersection",
+//! Vision, Modeling and Visualization 2005.
+//!
+//! A stack of planes, parallel to the image, cuts the volume into slabs. Six vertices a
+//! plane and box go in, and a vertex program makes them the polygon in which the plane
+//! cuts the box. So boxes can be small, and those that are empty are left out.
+//!
+//! 1. [`box_plane`] has the program's tables and the program on the CPU (§4, §5); its
+//!    WGSL is `box_plane.wgsl`.
+//! 2. `source` reads samples, from memory or from a file, `voxels` keeps them in
+//!    textures (§3.1), and `octree` knows their least and greatest values, box by box,
+//!    and visits boxes back to front (§6).
+//! 3. `frame` is the camera in the volume's lattice.
+//! 4. `slice` (`slice.wgsl`) draws boxes, each an instance of one stack of polygons, and
+//!    computes what a slab adds to a pixel (§7).
+//!
+//! # Departures from the paper
+//! - *A plane stands for a slab* around it, which is cut where the volume, a clip plane
+//!   or the eye ends it, and is as long as the ray in it. [`SlabEnds::Whole`] and
+//!   [`StepLength::Planar`] are the published slices.
+//! - *An edge is cut if its ends lie on different sides of the plane.* The published
+//!   test, [`PlaneTest::Published`], misses one path in fifty one rounding error before
+//!   a corner.
+//! - *Boxes are enlarged* in the vertex program by what a ray advances in half a slab,
+//!   and a fragment is dropped unless its slab's middle is in the box. So each slab of
+//!   each ray is drawn exactly once, whatever the rasterizer does at the borders, and a
+//!   picture does not depend on how the volume is divided, to the last bit but for the
+//!   order of blending.
+//! - *Slabs are integrated* between the samples at both ends
+//!   ([`Integration::Slabs`]); the published post-classification is
+//!   [`Integration::PostClassified`].
+//! - *Interpolation is in f32* ([`Filtering::Exact`]); texture units have 8 bits.
+//! - *Blending is in f32* where the device can.
+//!
+//! # Limits
+//! - Isosurfaces are not drawn, other than as steps of the transfer function.
+//! - What is streamed cannot be recorded into a caller's encoder.
+
+pub mod box_plane;
+mod frame;
+mod gpu_data;
+mod maxima;
+mod octree;
+mod options;
+mod renderer;
+mod slice;
+mod source;
+mod voxels;
+
+pub use options::{
+    ClipPlane, Filtering, Integration, Level, MAX_CLIP_PLANES, MAX_LEVEL, MAX_SLICES_PER_VOXEL,
+    MIN_SLICES_PER_VOXEL, Phong, PlaneTest, Shading, SlabEnds, SlicingOptions, StepLength, Storage,
+};
+pub use renderer::Slicing;
+pub use source::{BrickSource, ByteOrder, Lattice, RawFile, Region, SampleType};
+
+/// The algorithm's name.
+pub const NAME: &str = "slicing";

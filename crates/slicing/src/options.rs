@@ -1,0 +1,311 @@
+//! What can be chosen.
+
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::{Bounds, Error};
+use tetrascope_gpu::wgpu::TextureFormat;
+
+/// How a grid is sliced.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SlicingOptions {
+    /// Slices that a ray crosses on the shortest way between two samples, at least; in
+    /// [[`MIN_SLICES_PER_VOXEL`], [`MAX_SLICES_PER_VOXEL`]].
+    pub slices_per_voxel: f64,
+    /// What is computed for a slab.
+    pub integration: Integration,
+    /// How samples are interpolated.
+    pub filtering: Filtering,
+    /// How long a slab is.
+    pub step_length: StepLength,
+    /// What happens to slabs that are partly outside of the volume.
+    pub slab_ends: SlabEnds,
+    /// Which edges of a box count as cut by a plane.
+    pub plane_test: PlaneTest,
+    /// Into how many boxes the volume is divided, to skip the empty ones.
+    pub level: Level,
+    /// Whether and how surfaces are lit.
+    pub shading: Shading,
+    /// Parts of the volume behind any of these are cut away; at most [`MAX_CLIP_PLANES`].
+    pub clip_planes: Vec<ClipPlane>,
+    /// How samples lie in textures.
+    pub storage: Storage,
+    /// The most bytes of textures for samples and of copies on their way there.
+    pub memory_budget: u64,
+    /// The format of the textures that [`Slicing::encode`](crate::Slicing::encode) draws
+    /// into; it gets linear premultiplied RGBA.
+    pub target_format: TextureFormat,
+}
+
+/// The least [`SlicingOptions::slices_per_voxel`]: a slab's ends then lie at most one
+/// sample away from its middle, as far as a brick's border reaches.
+pub const MIN_SLICES_PER_VOXEL: f64 = 0.5;
+
+/// The greatest [`SlicingOptions::slices_per_voxel`].
+pub const MAX_SLICES_PER_VOXEL: f64 = 64.0;
+
+/// The most [`SlicingOptions::clip_planes`].
+pub const MAX_CLIP_PLANES: usize = 16;
+
+impl Default for SlicingOptions {
+    fn default() -> Self {
+        SlicingOptions {
+            slices_per_voxel: 2.0,
+            integration: Integration::Slabs,
+            filtering: Filtering::Exact,
+            step_length: StepLength::PerRay,
+            slab_ends: SlabEnds::Clipped,
+            plane_test: PlaneTest::Sides,
+            level: Level::Auto,
+            shading: Shading::None,
+            clip_planes: Vec::new(),
+            storage: Storage::Auto,
+            memory_budget: 1 << 30,
+            target_format: TextureFormat::Rgba32Float,
+        }
+    }
+}
+
+impl SlicingOptions {
+    /// Refuses numbers out of range.
+    pub fn validate(&self) -> Result<(), Error> {
+        let wrong = |what: String, help: String| {
+            Err(Error::Invalid {
+                what,
+                help: Some(help),
+            })
+        };
+        let range = MIN_SLICES_PER_VOXEL..=MAX_SLICES_PER_VOXEL;
+        if !range.contains(&self.slices_per_voxel) {
+            return wrong(
+                format!("{} slices per voxel", self.slices_per_voxel),
+                format!("give {MIN_SLICES_PER_VOXEL} to {MAX_SLICES_PER_VOXEL}; 2 is usual"),
+            );
+        }
+        if let Level::Fixed(level) = self.level
+            && level > MAX_LEVEL
+        {
+            return wrong(
+                format!("level {level} of the octree"),
+                format!("give at most {MAX_LEVEL}, or auto"),
+            );
+        }
+        if self.clip_planes.len() > MAX_CLIP_PLANES {
+            return wrong(
+                format!("{} clip planes", self.clip_planes.len()),
+                format!("give at most {MAX_CLIP_PLANES}"),
+            );
+        }
+        for plane in &self.clip_planes {
+            let length = plane.normal.length();
+            if !(plane.point.is_finite() && length.is_finite() && length > 0.0) {
+                return wrong(
+                    format!(
+                        "a clip plane through {} with normal {}",
+                        plane.point, plane.normal
+                    ),
+                    "give finite numbers, and a normal that is not zero".into(),
+                );
+            }
+        }
+        if let Shading::Phong(phong) = self.shading {
+            let terms = [
+                phong.ambient,
+                phong.diffuse,
+                phong.specular,
+                phong.shininess,
+            ];
+            if !terms.iter().all(|t| t.is_finite() && *t >= 0.0) {
+                return wrong(
+                    format!("the light {phong:?}"),
+                    "give numbers of 0 or more".into(),
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Samples beyond a box that its slabs may read.
+    pub(crate) fn reach(&self) -> usize {
+        let beyond = self.integration == Integration::Slabs || self.shading != Shading::None;
+        usize::from(beyond)
+    }
+}
+
+/// What is computed for a slab between two planes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Integration {
+    /// Post-classification (§7): the color and extinction of the sample in the middle,
+    /// constant over the slab. Converges at second order where the transfer function is
+    /// smooth.
+    PostClassified,
+    /// The scalar varies linearly between the slab's two ends, split at the transfer
+    /// function's knots, and each piece is integrated in closed form: pre-integration
+    /// without a table. Converges at second order also where the transfer function has
+    /// steps.
+    Slabs,
+}
+
+/// How samples are interpolated, trilinearly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Filtering {
+    /// In f32, by eight loads.
+    Exact,
+    /// By the texture unit, as published: its fractions may have only 8 bits. Where the
+    /// device does not filter a type of samples, as [`Filtering::Exact`], and the frame
+    /// says so.
+    Hardware,
+}
+
+/// How long a slab is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StepLength {
+    /// Along the ray.
+    PerRay,
+    /// The distance of planes, as published: in perspective, slabs are too thin by the
+    /// cosine of the angle to the optical axis.
+    Planar,
+}
+
+/// What happens to slabs that are partly outside of the volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SlabEnds {
+    /// They count for the part inside.
+    Clipped,
+    /// They count whole if their middle is inside, as published: converges at first
+    /// order only.
+    Whole,
+}
+
+/// Which edges of a box count as cut by a plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PlaneTest {
+    /// 0 ≤ λ ≤ 1 (Listing 1, line 45). Rounding may hide the cut edge of a plane that
+    /// passes just before a corner, and the polygon's corner is then anywhere.
+    Published,
+    /// Its ends lie on different sides.
+    Sides,
+}
+
+/// The deepest level of the octree.
+pub const MAX_LEVEL: u32 = 7;
+
+/// Into how many boxes the volume is divided: 2^level along each axis, fewer along
+/// those on which boxes would have less than 8 cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Level {
+    /// This level, at most [`MAX_LEVEL`]; 0 is one box.
+    Fixed(u32),
+    /// The level for which fragments saved most outweigh polygons added.
+    Auto,
+}
+
+/// Whether and how surfaces are lit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shading {
+    /// Not at all.
+    None,
+    /// By a light at the eye and gradients from central differences, on the fly (§7).
+    Phong(Phong),
+}
+
+/// Phong's terms: a color c becomes c (ambient + diffuse |n · l|), and
+/// specular |n · l|^shininess times the opacity is added where the model absorbs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Phong {
+    /// Share of the color without light.
+    pub ambient: f64,
+    /// Share of the color in full light.
+    pub diffuse: f64,
+    /// Strength of the white highlight.
+    pub specular: f64,
+    /// Its exponent.
+    pub shininess: f64,
+}
+
+impl Default for Phong {
+    fn default() -> Self {
+        Phong {
+            ambient: 0.3,
+            diffuse: 0.7,
+            specular: 0.2,
+            shininess: 20.0,
+        }
+    }
+}
+
+/// A plane; what lies on the side of its normal stays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClipPlane {
+    /// A point of the plane, world space.
+    pub point: DVec3,
+    /// Of any length, world space.
+    pub normal: DVec3,
+}
+
+impl ClipPlane {
+    /// The six planes that leave what is inside of `bounds`.
+    pub fn of_box(bounds: &Bounds) -> [ClipPlane; 6] {
+        let keep = |point, normal| ClipPlane { point, normal };
+        [
+            keep(bounds.min, DVec3::X),
+            keep(bounds.min, DVec3::Y),
+            keep(bounds.min, DVec3::Z),
+            keep(bounds.max, DVec3::NEG_X),
+            keep(bounds.max, DVec3::NEG_Y),
+            keep(bounds.max, DVec3::NEG_Z),
+        ]
+    }
+}
+
+/// How samples lie in textures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Storage {
+    /// One texture if the budget and the device allow, else bricks.
+    Auto,
+    /// Bricks with borders, in the slots of one texture; only those that can show. What
+    /// does not fit the budget is streamed while a frame is drawn.
+    Bricks,
+}
+
+impl Integration {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Integration); 2] = [
+        ("post-classified", Integration::PostClassified),
+        ("slabs", Integration::Slabs),
+    ];
+}
+
+impl Filtering {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Filtering); 2] = [
+        ("exact", Filtering::Exact),
+        ("hardware", Filtering::Hardware),
+    ];
+}
+
+impl StepLength {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, StepLength); 2] = [
+        ("per-ray", StepLength::PerRay),
+        ("planar", StepLength::Planar),
+    ];
+}
+
+impl SlabEnds {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, SlabEnds); 2] =
+        [("clipped", SlabEnds::Clipped), ("whole", SlabEnds::Whole)];
+}
+
+impl PlaneTest {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, PlaneTest); 2] = [
+        ("published", PlaneTest::Published),
+        ("sides", PlaneTest::Sides),
+    ];
+}
+
+impl Storage {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Storage); 2] =
+        [("auto", Storage::Auto), ("bricks", Storage::Bricks)];
+}

@@ -1,0 +1,523 @@
+//! The renderer: what lasts, and how a frame is recorded.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use tetrascope_core::{Appearance, Error, Frame, FrameStats, View, Volume, VolumeRenderer};
+use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
+use tetrascope_gpu::memory::Source;
+use tetrascope_gpu::transfer_function::{Interval, intervals};
+use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
+use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, timer};
+
+use crate::NAME;
+use crate::frame::{FrameGeometry, geometry};
+use crate::gpu_data;
+use crate::octree::{Octree, Place, Visibility};
+use crate::options::{ClipPlane, Filtering, Level, SlicingOptions};
+use crate::slice::{Look, SliceData, SliceFrame, SlicePass};
+use crate::source::{BrickSource, GridSource, Lattice, SampleType};
+use crate::voxels::{Scale, Voxels};
+
+/// Pipelines and the uploaded grid.
+#[derive(Debug)]
+pub struct Slicing {
+    gpu: Gpu,
+    options: SlicingOptions,
+    pass: SlicePass,
+    scene: Scene,
+    /// The texture of the last frame, for the next of the same size.
+    gathered: Mutex<Option<wgpu::Texture>>,
+}
+
+/// All that `reload` and `restyle` replace, at once or not at all.
+#[derive(Debug)]
+struct Scene {
+    appearance: Appearance,
+    volume: Arc<Samples>,
+    map: ScalarMap,
+    scale: Scale,
+    visibility: Visibility,
+    voxels: Arc<Voxels>,
+    intervals: wgpu::Buffer,
+    clip_planes: wgpu::Buffer,
+    slice: SliceData,
+    resolve: [ResolvePass; 2],
+}
+
+/// What does not depend on the appearance.
+#[derive(Debug)]
+struct Samples {
+    source: Box<dyn BrickSource>,
+    lattice: Lattice,
+    normalization: Normalization,
+    octree: Octree,
+}
+
+/// Where a frame is drawn, an index of [`Scene::resolve`].
+#[derive(Clone, Copy)]
+enum To {
+    Target,
+    ReadBack,
+}
+
+const READ_BACK_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
+
+/// A frame that is ready to be recorded.
+struct Plan {
+    frame: SliceFrame,
+    level: u32,
+    /// Back to front.
+    boxes: Vec<Place>,
+    stats: FrameStats,
+}
+
+impl Slicing {
+    /// Uploads the grid in `volume` and compiles what `appearance` needs.
+    ///
+    /// [`Error::Unsupported`] for a mesh, [`Error::TooLarge`] and
+    /// [`Error::OutOfMemory`] if the device or the budget has no room for one brick.
+    pub fn new(
+        gpu: &Gpu,
+        volume: &Volume,
+        appearance: &Appearance,
+        options: &SlicingOptions,
+    ) -> Result<Slicing, Error> {
+        Slicing::from_source(gpu, source_of(volume)?, appearance, options)
+    }
+
+    /// Draws a grid that need not fit in memory; see [`RawFile`](crate::RawFile).
+    ///
+    /// Reads all of it once, to know what is empty. Errors as in [`Slicing::new`].
+    pub fn from_source(
+        gpu: &Gpu,
+        source: Box<dyn BrickSource>,
+        appearance: &Appearance,
+        options: &SlicingOptions,
+    ) -> Result<Slicing, Error> {
+        options.validate()?;
+        let pass = SlicePass::new(gpu)?;
+        let volume = Arc::new(Samples::new(source, options)?);
+        let map = ScalarMap::of(&appearance.transfer_function);
+        let parts = Parts {
+            gpu,
+            options,
+            pass: &pass,
+        };
+        let scene = parts.scene(appearance, volume, map, None)?;
+        Ok(Slicing {
+            gpu: gpu.clone(),
+            options: options.clone(),
+            pass,
+            scene,
+            gathered: Mutex::new(None),
+        })
+    }
+
+    /// Records a frame into `target`, a view of a texture of the view's size and of
+    /// [`SlicingOptions::target_format`]; the caller submits.
+    ///
+    /// Every texel is written: linear premultiplied RGBA, over the view's background.
+    /// Times and readback are for [`VolumeRenderer::render`]: the stats returned have the
+    /// counts alone. A volume that is streamed is an [`Error::Unsupported`], as each of its
+    /// batches must be submitted before the next is uploaded; `render` does that.
+    pub fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        target: &wgpu::TextureView,
+    ) -> Result<FrameStats, Error> {
+        if !self.scene.voxels.is_complete() {
+            return Err(Error::Unsupported {
+                renderer: NAME,
+                what: "a streamed volume into a caller's encoder".into(),
+                reason: "what can show does not fit the memory budget at once".into(),
+            });
+        }
+        self.record(encoder, view, (target, To::Target), None)
+    }
+
+    fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        (target, to): (&wgpu::TextureView, To),
+        timer: Option<&Timer>,
+    ) -> Result<FrameStats, Error> {
+        view.validate()?;
+        let (gpu, scene) = (&self.gpu, &self.scene);
+        let mut plan = self.plan(view)?;
+        // New buffers each time: frames may be recorded before others are submitted.
+        let background = [Resolve::of(view)];
+        let background = gpu.upload("slicing::resolve", &background, BufferUsages::UNIFORM)?;
+        let gathered = self.gathered((view.width, view.height))?;
+        let gathered = gathered.create_view(&Default::default());
+        let ends = match &plan {
+            Some(plan) => scene
+                .voxels
+                .batches(&scene.volume.octree, plan.level, &plan.boxes),
+            None => Vec::new(),
+        };
+        let mut times = timer.map(Timer::first_render_pass);
+        let mut first = 0;
+        for end in ends {
+            let Some(plan) = &mut plan else { break };
+            if first > 0 {
+                // The device must be done with the slots before they are filled again.
+                let next = gpu.device().create_command_encoder(&Default::default());
+                gpu.finish(std::mem::replace(encoder, next))?;
+            }
+            plan.stats.bytes_uploaded += self.fill(plan, first..end)?;
+            let boxes = first as u32..end as u32;
+            gpu.checked("slicing::encode", 0, || {
+                let (frame, slice) = (&plan.frame, &scene.slice);
+                let pass = &self.pass;
+                pass.record(
+                    encoder,
+                    frame,
+                    slice,
+                    boxes,
+                    first == 0,
+                    &gathered,
+                    times.take(),
+                );
+            })?;
+            plan.stats.passes += 1;
+            first = end;
+        }
+        let mut stats = match plan {
+            Some(plan) => plan.stats,
+            None => {
+                // Nothing in front of the eye, or nothing that shows.
+                clear(encoder, &gathered, times.take());
+                self.stats()
+            }
+        };
+        gpu.checked("slicing::encode", 0, || {
+            let times = timer.map(Timer::last_render_pass);
+            let resolve = &scene.resolve[to as usize];
+            resolve.record(gpu, encoder, &background, &gathered, target, times);
+        })?;
+        stats.passes += 1;
+        Ok(stats)
+    }
+
+    /// Brings a batch of boxes onto the device and writes where they are.
+    fn fill(&self, plan: &Plan, range: std::ops::Range<usize>) -> Result<u64, Error> {
+        let (gpu, scene) = (&self.gpu, &self.scene);
+        if scene.voxels.is_complete() {
+            return Ok(0);
+        }
+        let volume = &scene.volume;
+        let boxes = &plan.boxes[range.clone()];
+        let octree = &volume.octree;
+        let bytes = scene
+            .voxels
+            .stream(gpu, &*volume.source, octree, plan.level, boxes)?;
+        let data = self.boxes(plan.level, boxes);
+        plan.frame.write_boxes(gpu, range.start, &data)?;
+        Ok(bytes)
+    }
+
+    fn boxes(&self, level: u32, places: &[Place]) -> Vec<gpu_data::Box> {
+        let scene = &self.scene;
+        let octree = &scene.volume.octree;
+        let of = |place: &Place| gpu_data::Box {
+            low: octree.low(level, *place).map(|x| x as i32),
+            padding: 0,
+            // Zero for those that a later batch brings.
+            texel: scene
+                .voxels
+                .texel(octree, level, *place)
+                .unwrap_or_default(),
+            padding_too: 0,
+        };
+        places.iter().map(of).collect()
+    }
+
+    /// Which boxes are drawn, and with what; `None` if there are none.
+    fn plan(&self, view: &View) -> Result<Option<Plan>, Error> {
+        let (gpu, scene) = (&self.gpu, &self.scene);
+        let Samples {
+            lattice,
+            normalization,
+            octree,
+            ..
+        } = &*scene.volume;
+        let slices = self.options.slices_per_voxel;
+        let Some(geometry) = geometry(view, lattice, normalization, slices)? else {
+            return Ok(None);
+        };
+        let level = self.level(&geometry);
+        let size = octree.box_size(level);
+        let boxes = octree.back_to_front(level, &scene.visibility, geometry.viewer);
+        if boxes.is_empty() {
+            return Ok(None);
+        }
+        let uniform = gpu_data::Frame {
+            scalar_unit: scene.scale.unit,
+            scalar_base: scene.scale.base,
+            scalar_factor: scene.scale.factor,
+            scalar_shift: scene.scale.shift,
+            clip_plane_count: self.options.clip_planes.len() as u32,
+            ..geometry.uniform(size)
+        };
+        let slabs = geometry.slabs_per_box(size);
+        let uniform = gpu.upload("slicing::frame", &[uniform], BufferUsages::UNIFORM)?;
+        let data = self.boxes(level, &boxes);
+        let data = gpu.upload("slicing::boxes", &data, BufferUsages::STORAGE)?;
+        let frame = self
+            .pass
+            .frame(gpu, &uniform, data, &scene.clip_planes, slabs)?;
+        let mut stats = self.stats();
+        let drawn = boxes.len() as u64;
+        stats.bricks_drawn = Some(drawn);
+        stats.bricks_skipped = Some(octree.box_count(level) as u64 - drawn);
+        stats.vertices = Some(drawn * u64::from(slabs) * crate::box_plane::POLYGON as u64);
+        Ok(Some(Plan {
+            frame,
+            level,
+            boxes,
+            stats,
+        }))
+    }
+
+    /// The octree's level that is drawn.
+    fn level(&self, geometry: &FrameGeometry) -> u32 {
+        let (octree, visibility) = (&self.scene.volume.octree, &self.scene.visibility);
+        let least = self.scene.voxels.least_level();
+        let cost = |level: &u32| {
+            let size = octree.box_size(*level);
+            let polygons = f64::from(geometry.slabs_per_box(size)) * FRAGMENTS_PER_POLYGON;
+            visibility.count(*level) as f64 * (geometry.fragments_per_box(size) + polygons)
+        };
+        match self.options.level {
+            Level::Fixed(level) => level.clamp(least, octree.deepest()),
+            // Of equals the coarser one.
+            Level::Auto => (least..=octree.deepest())
+                .min_by(|a, b| cost(a).total_cmp(&cost(b)))
+                .unwrap_or(least),
+        }
+    }
+
+    /// The texture in which slabs add up, kept for the next frame.
+    fn gathered(&self, size: (u32, u32)) -> Result<wgpu::Texture, Error> {
+        let format = gathered_format(&self.gpu, self.scene.appearance.optical_model);
+        let mut kept = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
+        let fits = |t: &&wgpu::Texture| (t.width(), t.height()) == size && t.format() == format;
+        if let Some(texture) = kept.as_ref().filter(fits) {
+            return Ok(texture.clone());
+        }
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+        let texture = self.gpu.texture("of sums", size, format, usage)?;
+        *kept = Some(texture.clone());
+        Ok(texture)
+    }
+
+    fn stats(&self) -> FrameStats {
+        let scene = &self.scene;
+        let mut stats = FrameStats::default();
+        stats.bytes_resident = scene.voxels.bytes + scene.intervals.size();
+        stats.bricks_drawn = Some(0);
+        let format = gathered_format(&self.gpu, scene.appearance.optical_model);
+        if matches!(format, TextureFormat::R16Float | TextureFormat::Rgba16Float) {
+            let note = "this device does not blend f32, so slabs add up in f16";
+            stats.notes.push(note.into());
+        }
+        let filtered = scene.voxels.texels.filtered;
+        if self.options.filtering == Filtering::Hardware && !filtered {
+            let note = "this device does not filter samples of this type, so the shader does";
+            stats.notes.push(note.into());
+        }
+        stats
+    }
+
+    fn parts(&self) -> Parts<'_> {
+        Parts {
+            gpu: &self.gpu,
+            options: &self.options,
+            pass: &self.pass,
+        }
+    }
+}
+
+/// What a polygon costs beside its fragments, in fragments.
+///
+/// Six vertices, four triangles, mostly outside of the box or thin. Measured on llvmpipe.
+const FRAGMENTS_PER_POLYGON: f64 = 64.0;
+
+fn clear(
+    encoder: &mut wgpu::CommandEncoder,
+    view: &wgpu::TextureView,
+    timestamps: Option<wgpu::RenderPassTimestampWrites>,
+) {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("slicing::clear"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                store: wgpu::StoreOp::Store,
+            },
+        })],
+        timestamp_writes: timestamps,
+        ..Default::default()
+    });
+}
+
+/// The grid of `volume`, or why there is none.
+fn source_of(volume: &Volume) -> Result<Box<dyn BrickSource>, Error> {
+    match volume {
+        Volume::Grid(grid) => Ok(Box::new(GridSource::new(grid)?)),
+        _ => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "meshes".into(),
+            reason: "it slices regular grids".into(),
+        }),
+    }
+}
+
+impl Samples {
+    fn new(source: Box<dyn BrickSource>, options: &SlicingOptions) -> Result<Samples, Error> {
+        let lattice = source.lattice();
+        Ok(Samples {
+            normalization: Normalization::of(&lattice.bounds()),
+            octree: Octree::build(&*source, options.reach())?,
+            lattice,
+            source,
+        })
+    }
+}
+
+impl VolumeRenderer for Slicing {
+    fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+        let volume = Arc::new(Samples::new(source_of(volume)?, &self.options)?);
+        let appearance = &self.scene.appearance;
+        let map = ScalarMap::of(&appearance.transfer_function);
+        self.scene = self.parts().scene(appearance, volume, map, None)?;
+        Ok(())
+    }
+
+    /// Uploads the transfer function; samples only if they are floats and its range moved
+    /// so far that f32 would run out of digits, or if they are kept in bricks.
+    fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        let scene = &self.scene;
+        let tf = &appearance.transfer_function;
+        let floats = scene.volume.source.sample_type() == SampleType::F32;
+        let keeps = !floats || scene.map.suits(tf);
+        let map = if floats && keeps {
+            scene.map
+        } else {
+            ScalarMap::of(tf)
+        };
+        let voxels = (keeps && scene.voxels.least_level() == 0).then(|| scene.voxels.clone());
+        let volume = scene.volume.clone();
+        self.scene = self.parts().scene(appearance, volume, map, voxels)?;
+        Ok(())
+    }
+
+    fn render(&self, view: &View) -> Result<Frame, Error> {
+        let start = Instant::now();
+        view.validate()?;
+        let gpu = &self.gpu;
+        let size = (view.width, view.height);
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
+        let target = gpu.texture("to read back", size, READ_BACK_FORMAT, usage)?;
+        let timer = Timer::new(gpu)?;
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let target_view = target.create_view(&Default::default());
+        let to = (&target_view, To::ReadBack);
+        let mut stats = self.record(&mut encoder, view, to, timer.as_ref())?;
+        let pixels = read_back(gpu, &mut encoder, Source::Texture(&target))?;
+        let times = timer.map(|t| t.resolve(gpu, &mut encoder)).transpose()?;
+        gpu.finish(encoder)?;
+        let pixels = pixels.read()?;
+        if let Some(times) = times {
+            stats.gpu_seconds = timer::seconds(gpu, times)?;
+        }
+        stats.cpu_seconds = start.elapsed().as_secs_f64();
+        Ok(Frame {
+            width: view.width,
+            height: view.height,
+            pixels,
+            stats,
+        })
+    }
+}
+
+/// What a [`Scene`] is made with.
+struct Parts<'a> {
+    gpu: &'a Gpu,
+    options: &'a SlicingOptions,
+    pass: &'a SlicePass,
+}
+
+impl Parts<'_> {
+    fn scene(
+        &self,
+        appearance: &Appearance,
+        volume: Arc<Samples>,
+        map: ScalarMap,
+        voxels: Option<Arc<Voxels>>,
+    ) -> Result<Scene, Error> {
+        let (gpu, options) = (self.gpu, self.options);
+        let model = appearance.optical_model;
+        let tf = &appearance.transfer_function;
+        let visibility = volume.octree.visibility(appearance);
+        let voxels = match voxels {
+            Some(voxels) => voxels,
+            None => {
+                let (source, octree) = (&*volume.source, &volume.octree);
+                Arc::new(Voxels::new(gpu, source, octree, &visibility, map, options)?)
+            }
+        };
+        let knots: Vec<Interval> = intervals(tf, &map, &volume.normalization);
+        let knots = gpu.upload("the transfer function", &knots, BufferUsages::STORAGE)?;
+        // No slab is longer; a little more for rounding.
+        let longest = volume.lattice.spacing.min_element() / options.slices_per_voxel;
+        let thickest = tf.max_extinction(f64::NEG_INFINITY, f64::INFINITY);
+        let look = Look {
+            intervals: &knots,
+            model,
+            deepest: (thickest * longest * (1.0 + 1e-4)).min(1e30) as f32,
+            gaps: volume.octree.gaps,
+        };
+        let slice = self.pass.data(gpu, &voxels, &look, options)?;
+        let format = options.target_format;
+        let resolve = ResolvePass::new(gpu, model, format)?;
+        let resolve_read_back = if format == READ_BACK_FORMAT {
+            resolve.clone()
+        } else {
+            ResolvePass::new(gpu, model, READ_BACK_FORMAT)?
+        };
+        let planes = clip_planes(&options.clip_planes, &volume.lattice);
+        Ok(Scene {
+            scale: Scale::of(voxels.texels, volume.source.sample_type(), tf),
+            appearance: appearance.clone(),
+            clip_planes: gpu.upload("slicing::clip_planes", &planes, BufferUsages::STORAGE)?,
+            resolve: [resolve, resolve_read_back],
+            intervals: knots,
+            volume,
+            map,
+            visibility,
+            voxels,
+            slice,
+        })
+    }
+}
+
+/// Planes as the shader has them: n · p + d ≥ 0 is kept, lattice space.
+fn clip_planes(planes: &[ClipPlane], lattice: &Lattice) -> Vec<[f32; 4]> {
+    let of = |plane: &ClipPlane| {
+        let normal = plane.normal.normalize();
+        let in_lattice = lattice.linear().transpose() * normal;
+        let offset = normal.dot(lattice.origin - plane.point);
+        // Any positive factor will do; this one keeps the numbers near 1.
+        let factor = in_lattice.length().recip();
+        let [x, y, z] = (in_lattice * factor).to_array();
+        [x, y, z, offset * factor].map(|v| v as f32)
+    };
+    planes.iter().map(of).collect()
+}

@@ -1,0 +1,276 @@
+//! The pass that draws slabs (`box_plane.wgsl`, `slice.wgsl`).
+
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+use tetrascope_core::{Error, OpticalModel};
+use tetrascope_gpu::Gpu;
+use tetrascope_gpu::gather::{blend, gathered_format};
+use tetrascope_gpu::passes::{
+    READ, UNIFORM, group, layout, model_constant, module, pipeline_layout,
+};
+use tetrascope_gpu::wgpu::{self, BindingType, BufferUsages, ShaderStages};
+
+use crate::box_plane::{POLYGON, edges, sequence};
+use crate::gpu_data::{Box, Tables};
+use crate::options::{
+    Integration, Phong, PlaneTest, Shading, SlabEnds, SlicingOptions, StepLength,
+};
+use crate::voxels::Voxels;
+
+const LABEL: &str = "slicing::slice";
+
+/// What does not depend on the volume.
+#[derive(Debug)]
+pub(crate) struct SlicePass {
+    frame_layout: wgpu::BindGroupLayout,
+    tables: wgpu::Buffer,
+    /// Triangles of a stack of polygons, for as many as were needed yet.
+    stack: Mutex<(u32, wgpu::Buffer)>,
+}
+
+/// The pass for one volume and appearance.
+#[derive(Clone, Debug)]
+pub(crate) struct SliceData {
+    pipeline: wgpu::RenderPipeline,
+    volume_group: wgpu::BindGroup,
+}
+
+/// What a frame is drawn with.
+pub(crate) struct SliceFrame {
+    group: wgpu::BindGroup,
+    boxes: wgpu::Buffer,
+    indices: wgpu::Buffer,
+    index_count: u32,
+}
+
+/// What the pipeline of an appearance depends on.
+pub(crate) struct Look<'a> {
+    pub(crate) intervals: &'a wgpu::Buffer,
+    pub(crate) model: OpticalModel,
+    /// A bound of the optical depth of any slab.
+    pub(crate) deepest: f32,
+    /// Whether there are samples that are NaN.
+    pub(crate) gaps: bool,
+}
+
+impl SlicePass {
+    pub(crate) fn new(gpu: &Gpu) -> Result<SlicePass, Error> {
+        let (first, second) = (
+            edges().map(|e| e.map(|e| e[0])),
+            edges().map(|e| e.map(|e| e[1])),
+        );
+        let tables = [Tables {
+            sequence: sequence(),
+            first,
+            second,
+        }];
+        let tables = gpu.upload("slicing::tables", &tables, BufferUsages::UNIFORM)?;
+        let stages = ShaderStages::VERTEX_FRAGMENT;
+        let types = [UNIFORM, READ, READ, UNIFORM];
+        let frame_layout = gpu.checked(LABEL, 0, || layout(gpu, LABEL, stages, &types))?;
+        Ok(SlicePass {
+            frame_layout,
+            tables,
+            stack: Mutex::new((1, stack(gpu, 1)?)),
+        })
+    }
+
+    /// The pipeline and bindings for one volume and appearance.
+    pub(crate) fn data(
+        &self,
+        gpu: &Gpu,
+        voxels: &Voxels,
+        look: &Look,
+        options: &SlicingOptions,
+    ) -> Result<SliceData, Error> {
+        let sampler = voxels.texels.filtered.then(|| {
+            gpu.device().create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("slicing::linear"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            })
+        });
+        let texture = wgpu::BindingResource::TextureView(&voxels.view);
+        let mut resources = vec![look.intervals.as_entire_binding(), texture];
+        let mut types = vec![READ, texture_type(voxels)];
+        if let Some(sampler) = &sampler {
+            resources.push(wgpu::BindingResource::Sampler(sampler));
+            types.push(BindingType::Sampler(wgpu::SamplerBindingType::Filtering));
+        }
+        gpu.checked(LABEL, 0, || {
+            let volume_layout = layout(gpu, LABEL, ShaderStages::FRAGMENT, &types);
+            SliceData {
+                volume_group: group(gpu, LABEL, &volume_layout, &resources),
+                pipeline: self.pipeline(gpu, &volume_layout, voxels, look, options),
+            }
+        })
+    }
+
+    fn pipeline(
+        &self,
+        gpu: &Gpu,
+        volume_layout: &wgpu::BindGroupLayout,
+        voxels: &Voxels,
+        look: &Look,
+        options: &SlicingOptions,
+    ) -> wgpu::RenderPipeline {
+        let module = module(gpu, LABEL, voxels.texels.program);
+        let yes = |condition: bool| f64::from(u8::from(condition));
+        let by_sides = [("BY_SIDES", yes(options.plane_test == PlaneTest::Sides))];
+        let phong = match options.shading {
+            Shading::Phong(phong) => phong,
+            Shading::None => Phong::default(),
+        };
+        let constants = [
+            model_constant(look.model),
+            ("DEEPEST", f64::from(look.deepest)),
+            ("SLABS", yes(options.integration == Integration::Slabs)),
+            ("CLIPPED", yes(options.slab_ends == SlabEnds::Clipped)),
+            ("PER_RAY", yes(options.step_length == StepLength::PerRay)),
+            ("GAPS", yes(look.gaps)),
+            ("PHONG", yes(options.shading != Shading::None)),
+            ("AMBIENT", phong.ambient),
+            ("DIFFUSE", phong.diffuse),
+            ("SPECULAR", phong.specular),
+            ("SHININESS", phong.shininess),
+        ];
+        let with = |constants| wgpu::PipelineCompilationOptions {
+            constants,
+            ..Default::default()
+        };
+        let layouts = [&self.frame_layout, volume_layout];
+        gpu.device()
+            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(LABEL),
+                layout: Some(&pipeline_layout(gpu, LABEL, &layouts)),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vs_slice"),
+                    compilation_options: with(&by_sides),
+                    buffers: &[],
+                },
+                // Both windings: a grid's axes may be left-handed.
+                primitive: wgpu::PrimitiveState {
+                    cull_mode: None,
+                    ..Default::default()
+                },
+                depth_stencil: None,
+                multisample: Default::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("fs_slice"),
+                    compilation_options: with(&constants),
+                    targets: &[Some(wgpu::ColorTargetState {
+                        format: gathered_format(gpu, look.model),
+                        blend: Some(blend(look.model)),
+                        write_mask: wgpu::ColorWrites::ALL,
+                    })],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+    }
+
+    /// What a frame is drawn with, from its buffers; `slabs_per_box` as in the uniform.
+    pub(crate) fn frame(
+        &self,
+        gpu: &Gpu,
+        uniform: &wgpu::Buffer,
+        boxes: wgpu::Buffer,
+        clip_planes: &wgpu::Buffer,
+        slabs_per_box: u32,
+    ) -> Result<SliceFrame, Error> {
+        let mut kept = self.stack.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.0 < slabs_per_box {
+            let polygons = slabs_per_box.next_power_of_two();
+            *kept = (polygons, stack(gpu, polygons)?);
+        }
+        let indices = kept.1.clone();
+        let buffers = [uniform, &boxes, clip_planes, &self.tables].map(|b| b.as_entire_binding());
+        Ok(SliceFrame {
+            group: gpu.checked(LABEL, 0, || group(gpu, LABEL, &self.frame_layout, &buffers))?,
+            boxes,
+            indices,
+            index_count: slabs_per_box * TRIANGLES.len() as u32,
+        })
+    }
+
+    /// Records one instanced draw of some of the frame's boxes into `gathered`, over what
+    /// is there unless they are the `first`.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is a different thing of a pass"
+    )]
+    pub(crate) fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &SliceFrame,
+        data: &SliceData,
+        boxes: Range<u32>,
+        first: bool,
+        gathered: &wgpu::TextureView,
+        timestamps: Option<wgpu::RenderPassTimestampWrites>,
+    ) {
+        let load = if first {
+            wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT)
+        } else {
+            wgpu::LoadOp::Load
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(LABEL),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: gathered,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load,
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            timestamp_writes: timestamps,
+            ..Default::default()
+        });
+        pass.set_pipeline(&data.pipeline);
+        pass.set_bind_group(0, &frame.group, &[]);
+        pass.set_bind_group(1, &data.volume_group, &[]);
+        pass.set_index_buffer(frame.indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..frame.index_count, 0, boxes);
+    }
+}
+
+impl SliceFrame {
+    /// Writes boxes from number `first` on, before the next submission.
+    pub(crate) fn write_boxes(&self, gpu: &Gpu, first: usize, boxes: &[Box]) -> Result<(), Error> {
+        let bytes: &[u8] = bytemuck::cast_slice(boxes);
+        let offset = (first * size_of::<Box>()) as u64;
+        gpu.checked("slicing::boxes", bytes.len() as u64, || {
+            gpu.queue().write_buffer(&self.boxes, offset, bytes);
+        })
+    }
+}
+
+/// A polygon as a fan.
+const TRIANGLES: [u32; 12] = [0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5];
+
+fn stack(gpu: &Gpu, polygons: u32) -> Result<wgpu::Buffer, Error> {
+    let indices: Vec<u32> = (0..polygons)
+        .flat_map(|polygon| TRIANGLES.map(|corner| POLYGON as u32 * polygon + corner))
+        .collect();
+    gpu.upload("slicing::stack", &indices, BufferUsages::INDEX)
+}
+
+fn texture_type(voxels: &Voxels) -> BindingType {
+    let filterable = voxels.texels.filtered;
+    let sample_type = match voxels.texels.format {
+        wgpu::TextureFormat::R8Uint | wgpu::TextureFormat::R16Uint => wgpu::TextureSampleType::Uint,
+        wgpu::TextureFormat::R16Sint => wgpu::TextureSampleType::Sint,
+        _ => wgpu::TextureSampleType::Float { filterable },
+    };
+    BindingType::Texture {
+        sample_type,
+        view_dimension: wgpu::TextureViewDimension::D3,
+        multisampled: false,
+    }
+}

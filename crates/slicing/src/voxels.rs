@@ -1,0 +1,533 @@
+//! Samples on the device: one texture, or bricks in the slots of one (§3.1).
+
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+use tetrascope_core::grid::Samples;
+use tetrascope_core::{Error, TransferFunction};
+use tetrascope_gpu::wgpu::{
+    self, Extent3d, Features, Origin3d, TextureDimension, TextureFormat, TextureUsages,
+};
+use tetrascope_gpu::{Gpu, ScalarMap};
+use tetrascope_shaders::slicing::{SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED, SLICE_UNSIGNED};
+
+use crate::octree::{Octree, Place, Visibility, places};
+use crate::options::{Filtering, SlicingOptions, Storage};
+use crate::source::{BrickSource, Region, SampleType};
+
+/// Stored for a NaN: beyond `GAP` in `slice.wgsl`, also a small share of it.
+const GAP: f32 = 1e38;
+
+/// Scalars are clamped here, where any transfer function is constant, and far below `GAP`.
+const MOST: f32 = 1e20;
+
+/// How samples of one type lie in a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Texels {
+    pub(crate) format: TextureFormat,
+    /// What reads them.
+    pub(crate) program: &'static str,
+    /// Whether the texture unit filters them.
+    pub(crate) filtered: bool,
+    /// What is read times this is the sample.
+    unit: f32,
+    bytes: u64,
+}
+
+impl Texels {
+    /// Those for `sample_type`; filtered by the texture unit if it is asked for and can.
+    pub(crate) fn of(gpu: &Gpu, sample_type: SampleType, filtering: Filtering) -> Texels {
+        let bytes = sample_type.bytes() as u64;
+        let texels = |format, program, filtered, unit| Texels {
+            format,
+            program,
+            filtered,
+            unit,
+            bytes,
+        };
+        let has = |feature| gpu.features().contains(feature);
+        let short = Features::TEXTURE_FORMAT_16BIT_NORM;
+        let filter = SLICE_FILTERED;
+        if filtering == Filtering::Hardware {
+            match sample_type {
+                SampleType::U8 => return texels(TextureFormat::R8Unorm, filter, true, 255.0),
+                SampleType::U16 if has(short) => {
+                    return texels(TextureFormat::R16Unorm, filter, true, 65535.0);
+                }
+                SampleType::I16 if has(short) => {
+                    return texels(TextureFormat::R16Snorm, filter, true, 32767.0);
+                }
+                SampleType::F32 if has(Features::FLOAT32_FILTERABLE) => {
+                    return texels(TextureFormat::R32Float, filter, true, 1.0);
+                }
+                _ => {}
+            }
+        }
+        match sample_type {
+            SampleType::U8 => texels(TextureFormat::R8Uint, SLICE_UNSIGNED, false, 1.0),
+            SampleType::U16 => texels(TextureFormat::R16Uint, SLICE_UNSIGNED, false, 1.0),
+            SampleType::I16 => texels(TextureFormat::R16Sint, SLICE_SIGNED, false, 1.0),
+            SampleType::F32 => texels(TextureFormat::R32Float, SLICE_FLOAT, false, 1.0),
+        }
+    }
+}
+
+/// From what a texture holds to the unit of the transfer function on the device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scale {
+    /// As in `Frame` of `frame.wgsl`.
+    pub(crate) unit: f32,
+    pub(crate) base: f32,
+    pub(crate) factor: f32,
+    pub(crate) shift: f32,
+}
+
+impl Scale {
+    /// Floats are stored in that unit; integers are stored as they are, and a whole
+    /// number is taken off them first, which is exact.
+    pub(crate) fn of(texels: Texels, sample_type: SampleType, tf: &TransferFunction) -> Scale {
+        if sample_type == SampleType::F32 {
+            return Scale {
+                unit: 1.0,
+                base: 0.0,
+                factor: 1.0,
+                shift: 0.0,
+            };
+        }
+        let map = ScalarMap::of(tf);
+        let base = tf.range().0.round().clamp(-65536.0, 65536.0);
+        let shift = map.exact(base);
+        let factor = (map.exact(base + 65536.0) - shift) / 65536.0;
+        let bound = |x: f64| x.clamp(-1e30, 1e30) as f32;
+        Scale {
+            unit: texels.unit,
+            base: base as f32,
+            factor: bound(factor),
+            shift: bound(shift),
+        }
+    }
+}
+
+/// The samples of a volume on the device.
+#[derive(Debug)]
+pub(crate) struct Voxels {
+    pub(crate) view: wgpu::TextureView,
+    texture: wgpu::Texture,
+    pub(crate) texels: Texels,
+    slots: Option<Slots>,
+    /// Bytes of the texture.
+    pub(crate) bytes: u64,
+    /// Bytes written when it was made.
+    pub(crate) bytes_uploaded: u64,
+    budget: u64,
+    map: ScalarMap,
+    reach: usize,
+}
+
+/// A texture's places for bricks, all of one size.
+#[derive(Debug)]
+struct Slots {
+    /// The octree's level that is stored.
+    level: u32,
+    size: [u32; 3],
+    along: [u32; 3],
+    count: u32,
+    /// Whether all bricks that can show have a slot.
+    complete: bool,
+    held: Mutex<Held>,
+}
+
+/// Which bricks are in which slots.
+#[derive(Debug, Default)]
+struct Held {
+    slot_of: HashMap<usize, u32>,
+    brick_in: Vec<Option<usize>>,
+}
+
+impl Voxels {
+    /// Uploads what can show: all of it if one texture holds it, else bricks, as many as
+    /// fit the budget.
+    pub(crate) fn new(
+        gpu: &Gpu,
+        source: &dyn BrickSource,
+        octree: &Octree,
+        visibility: &Visibility,
+        map: ScalarMap,
+        options: &SlicingOptions,
+    ) -> Result<Voxels, Error> {
+        let texels = Texels::of(gpu, source.sample_type(), options.filtering);
+        let dims = source.lattice().dims;
+        let budget = options.memory_budget;
+        let whole = dims
+            .iter()
+            .try_fold(texels.bytes, |n, d| n.checked_mul(*d as u64));
+        // A quarter is for the copies on their way.
+        let fits = whole.is_some_and(|bytes| bytes <= budget / 4 * 3)
+            && dims
+                .iter()
+                .all(|d| *d as u64 <= gpu.limits().max_texture_dimension_3d.into());
+        let reach = options.reach();
+        let make = |size: [u32; 3], bytes| {
+            let texture = volume_texture(gpu, size, texels.format, bytes)?;
+            Ok::<_, Error>((texture.create_view(&Default::default()), texture))
+        };
+        if fits && options.storage == Storage::Auto {
+            let bytes = whole.unwrap_or(u64::MAX);
+            let (view, texture) = make(dims.map(|d| d as u32), bytes)?;
+            let mut voxels = Voxels {
+                view,
+                texture,
+                texels,
+                slots: None,
+                bytes,
+                bytes_uploaded: 0,
+                budget,
+                map,
+                reach,
+            };
+            voxels.upload_all(gpu, source)?;
+            return Ok(voxels);
+        }
+        let slots = Slots::plan(gpu, octree, visibility, texels, reach, budget)?;
+        let size = [0, 1, 2].map(|a| slots.size[a] * slots.along[a]);
+        let bytes = size.iter().fold(texels.bytes, |n, s| n * u64::from(*s));
+        let (view, texture) = make(size, bytes)?;
+        let complete = slots.complete;
+        let mut voxels = Voxels {
+            view,
+            texture,
+            texels,
+            slots: Some(slots),
+            bytes,
+            bytes_uploaded: 0,
+            budget,
+            map,
+            reach,
+        };
+        if complete {
+            voxels.bytes_uploaded = voxels.upload_visible(gpu, source, octree, visibility)?;
+        }
+        Ok(voxels)
+    }
+
+    /// The least level that boxes may have: a box must lie in one brick.
+    pub(crate) fn least_level(&self) -> u32 {
+        self.slots.as_ref().map_or(0, |s| s.level)
+    }
+
+    /// Whether everything that can show is on the device.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.slots.as_ref().is_none_or(|s| s.complete)
+    }
+
+    /// What turns the index of a sample in a box into its texel, if it is on the device.
+    pub(crate) fn texel(&self, octree: &Octree, level: u32, place: Place) -> Option<[i32; 3]> {
+        let Some(slots) = &self.slots else {
+            return Some([0; 3]);
+        };
+        let brick = octree.ancestor(level, place, slots.level);
+        let held = slots.held.lock().unwrap_or_else(PoisonError::into_inner);
+        let slot = *held.slot_of.get(&octree.index(slots.level, brick))?;
+        let region = octree.region(slots.level, brick, self.reach)?;
+        let origin = slots.origin(slot);
+        Some([0, 1, 2].map(|a| origin[a] as i32 - region.low[a] as i32))
+    }
+
+    /// Splits `boxes`, back to front, into runs whose bricks fit on the device together.
+    pub(crate) fn batches(&self, octree: &Octree, level: u32, boxes: &[Place]) -> Vec<usize> {
+        let Some(slots) = self.slots.as_ref().filter(|s| !s.complete) else {
+            return vec![boxes.len()];
+        };
+        let mut ends = Vec::new();
+        let mut bricks = std::collections::HashSet::new();
+        for (i, place) in boxes.iter().enumerate() {
+            let brick = octree.ancestor(level, *place, slots.level);
+            let brick = octree.index(slots.level, brick);
+            if !bricks.contains(&brick) && bricks.len() == slots.count as usize {
+                ends.push(i);
+                bricks.clear();
+            }
+            bricks.insert(brick);
+        }
+        ends.push(boxes.len());
+        ends
+    }
+
+    /// Brings the bricks of `boxes`, one of the [`Voxels::batches`], onto the device.
+    /// Returns the bytes written. What was drawn from the slots before must be submitted.
+    pub(crate) fn stream(
+        &self,
+        gpu: &Gpu,
+        source: &dyn BrickSource,
+        octree: &Octree,
+        level: u32,
+        boxes: &[Place],
+    ) -> Result<u64, Error> {
+        let Some(slots) = self.slots.as_ref().filter(|s| !s.complete) else {
+            return Ok(0);
+        };
+        let mut held = slots.held.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut wanted: Vec<(usize, Place)> = Vec::new();
+        for place in boxes {
+            let brick = octree.ancestor(level, *place, slots.level);
+            let index = octree.index(slots.level, brick);
+            // A brick's boxes are neighbors in the order.
+            if wanted.last().is_none_or(|(last, _)| *last != index) {
+                wanted.push((index, brick));
+            }
+        }
+        let keep: std::collections::HashSet<usize> = wanted.iter().map(|w| w.0).collect();
+        let mut free: Vec<u32> = (0..slots.count)
+            .filter(|s| held.brick_in[*s as usize].is_none_or(|b| !keep.contains(&b)))
+            .collect();
+        let mut written = 0;
+        for (index, brick) in wanted {
+            if held.slot_of.contains_key(&index) {
+                continue;
+            }
+            let slot = free.pop().expect("a batch has no more bricks than slots");
+            if let Some(old) = held.brick_in[slot as usize].take() {
+                held.slot_of.remove(&old);
+            }
+            written += self.upload_brick(gpu, source, octree, slots, brick, slot)?;
+            held.slot_of.insert(index, slot);
+            held.brick_in[slot as usize] = Some(index);
+        }
+        Ok(written)
+    }
+
+    fn upload_brick(
+        &self,
+        gpu: &Gpu,
+        source: &dyn BrickSource,
+        octree: &Octree,
+        slots: &Slots,
+        brick: Place,
+        slot: u32,
+    ) -> Result<u64, Error> {
+        let region = octree.region(slots.level, brick, self.reach);
+        let Some(region) = region else {
+            return Ok(0);
+        };
+        self.upload(gpu, source.read(region)?, slots.origin(slot), region.size)
+    }
+
+    fn upload_visible(
+        &self,
+        gpu: &Gpu,
+        source: &dyn BrickSource,
+        octree: &Octree,
+        visibility: &Visibility,
+    ) -> Result<u64, Error> {
+        let Some(slots) = &self.slots else {
+            return Ok(0);
+        };
+        let mut held = slots.held.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut writer = Writer::new(self.budget / 4);
+        for place in places(octree.divisions(slots.level)) {
+            let index = octree.index(slots.level, place);
+            if !visibility.contains(slots.level, index) {
+                continue;
+            }
+            let slot = held.slot_of.len() as u32;
+            let bytes = self.upload_brick(gpu, source, octree, slots, place, slot)?;
+            writer.wrote(gpu, bytes)?;
+            held.slot_of.insert(index, slot);
+            held.brick_in[slot as usize] = Some(index);
+        }
+        Ok(writer.total)
+    }
+
+    fn upload_all(&mut self, gpu: &Gpu, source: &dyn BrickSource) -> Result<(), Error> {
+        let dims = source.lattice().dims;
+        let mut writer = Writer::new(self.budget / 4);
+        let plane = self.texels.bytes * (dims[0] * dims[1]) as u64;
+        // As many planes at a time as fit what is left of the budget, and at least one.
+        let planes = (self.budget / 8 / plane).clamp(1, dims[2] as u64) as usize;
+        let mut z = 0;
+        while z < dims[2] {
+            let depth = planes.min(dims[2] - z);
+            let region = Region {
+                low: [0, 0, z],
+                size: [dims[0], dims[1], depth],
+            };
+            let samples = source.read(region)?;
+            let bytes = self.upload(gpu, samples, [0, 0, z as u32], region.size)?;
+            writer.wrote(gpu, bytes)?;
+            z += depth;
+        }
+        self.bytes_uploaded = writer.total;
+        Ok(())
+    }
+
+    fn upload(
+        &self,
+        gpu: &Gpu,
+        samples: Samples,
+        origin: [u32; 3],
+        size: [usize; 3],
+    ) -> Result<u64, Error> {
+        let write = |bytes: &[u8]| {
+            let row = size[0] as u64 * self.texels.bytes;
+            gpu.checked("the volume's samples", bytes.len() as u64, || {
+                gpu.queue().write_texture(
+                    wgpu::TexelCopyTextureInfo {
+                        texture: &self.texture,
+                        mip_level: 0,
+                        origin: Origin3d {
+                            x: origin[0],
+                            y: origin[1],
+                            z: origin[2],
+                        },
+                        aspect: wgpu::TextureAspect::All,
+                    },
+                    bytes,
+                    wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row: Some(row as u32),
+                        rows_per_image: Some(size[1] as u32),
+                    },
+                    extent(size.map(|s| s as u32)),
+                );
+            })?;
+            Ok(bytes.len() as u64)
+        };
+        match samples {
+            Samples::U8(v) => write(&v),
+            Samples::U16(v) => write(bytemuck::cast_slice(&v)),
+            Samples::I16(v) => write(bytemuck::cast_slice(&v)),
+            Samples::F32(mut v) => {
+                for sample in &mut v {
+                    *sample = if sample.is_nan() {
+                        GAP
+                    } else {
+                        self.map.scalar(f64::from(*sample)).clamp(-MOST, MOST)
+                    };
+                }
+                write(bytemuck::cast_slice(&v))
+            }
+            _ => Err(Error::invalid("samples of an unknown type")),
+        }
+    }
+}
+
+impl Slots {
+    /// Slots for all bricks that can show or, if the budget has no room, as many as it has.
+    fn plan(
+        gpu: &Gpu,
+        octree: &Octree,
+        visibility: &Visibility,
+        texels: Texels,
+        reach: usize,
+        budget: u64,
+    ) -> Result<Slots, Error> {
+        let level = octree.brick_level();
+        let size = octree.box_size(level).map(|s| (s + 1 + 2 * reach) as u32);
+        let needed = visibility.count(level).max(1) as u64;
+        let bytes = size
+            .iter()
+            .try_fold(texels.bytes, |n, s| n.checked_mul(u64::from(*s)));
+        let bytes = bytes.unwrap_or(u64::MAX);
+        // Half is for the copies on their way.
+        let most = (budget / 2) / bytes;
+        if most == 0 {
+            return Err(Error::TooLarge {
+                what: format!("one brick of {size:?} samples and its copy"),
+                needed: bytes.saturating_mul(2),
+                limit: budget,
+                unit: "bytes",
+            });
+        }
+        let limit = u64::from(gpu.limits().max_texture_dimension_3d);
+        let room = size.map(|s| limit / u64::from(s));
+        let wanted = needed.min(most);
+        let x = wanted.min(room[0]);
+        let y = wanted.div_ceil(x.max(1)).min(room[1]).min(most / x.max(1));
+        let z = wanted
+            .div_ceil((x * y).max(1))
+            .min(room[2])
+            .min(most / (x * y).max(1));
+        let count = x * y * z;
+        if count == 0 {
+            return Err(Error::TooLarge {
+                what: format!("a brick of {size:?} samples"),
+                needed: size.into_iter().max().unwrap_or(0).into(),
+                limit,
+                unit: "texels a side",
+            });
+        }
+        Ok(Slots {
+            level,
+            size,
+            along: [x, y, z].map(|n| n as u32),
+            count: count as u32,
+            complete: count >= needed,
+            held: Mutex::new(Held {
+                slot_of: HashMap::new(),
+                brick_in: vec![None; count as usize],
+            }),
+        })
+    }
+
+    /// The first texel of a slot.
+    fn origin(&self, slot: u32) -> [u32; 3] {
+        let [x, y, _] = self.along;
+        let place = [slot % x, slot / x % y, slot / (x * y)];
+        [0, 1, 2].map(|a| place[a] * self.size[a])
+    }
+}
+
+/// Lets the device do its copies before more than `most` bytes wait for it.
+struct Writer {
+    most: u64,
+    waiting: u64,
+    total: u64,
+}
+
+impl Writer {
+    fn new(most: u64) -> Writer {
+        Writer {
+            most,
+            waiting: 0,
+            total: 0,
+        }
+    }
+
+    fn wrote(&mut self, gpu: &Gpu, bytes: u64) -> Result<(), Error> {
+        self.total += bytes;
+        self.waiting += bytes;
+        if self.waiting > self.most / 2 {
+            self.waiting = 0;
+            gpu.finish(gpu.device().create_command_encoder(&Default::default()))?;
+        }
+        Ok(())
+    }
+}
+
+fn volume_texture(
+    gpu: &Gpu,
+    size: [u32; 3],
+    format: TextureFormat,
+    bytes: u64,
+) -> Result<wgpu::Texture, Error> {
+    gpu.checked("the volume's texture", bytes, || {
+        gpu.device().create_texture(&wgpu::TextureDescriptor {
+            label: Some("slicing::voxels"),
+            size: extent(size),
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: TextureDimension::D3,
+            format,
+            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
+            view_formats: &[],
+        })
+    })
+}
+
+fn extent([width, height, depth]: [u32; 3]) -> Extent3d {
+    Extent3d {
+        width,
+        height,
+        depth_or_array_layers: depth,
+    }
+}

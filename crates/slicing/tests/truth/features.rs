@@ -1,0 +1,325 @@
+//! Gaps, clip planes, light, filtering, and the renderer's contract.
+
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::grid::Samples;
+use tetrascope_core::{Bounds, OpticalModel, TransferFunction, Volume, VolumeRenderer as _};
+use tetrascope_gpu::memory::{Source, read_back};
+use tetrascope_gpu::testing;
+use tetrascope_gpu::wgpu::{TextureFormat, TextureUsages};
+use tetrascope_slicing::{
+    ClipPlane, Filtering, Integration, Level, Phong, PlaneTest, Shading, Slicing, SlicingOptions,
+};
+
+use crate::support::*;
+
+/// A cell with a NaN at a corner is transparent; its neighbors are not.
+#[test]
+fn not_a_number_is_transparent() {
+    let Some(gpu) = testing::gpu("not_a_number_is_transparent") else {
+        return;
+    };
+    // NaN beyond the plane x = 0.5: cells from sample 4 on lie behind it.
+    let field = |p: DVec3| if p.x > 0.51 { f64::NAN } else { 0.8 };
+    let with_gaps = grid(&cube(9), field);
+    let half = Place {
+        dims: [5, 9, 9],
+        ..cube(9)
+    };
+    let half = grid(&half, |_| 0.8);
+    let appearance = appearance(&ramp(5.0), OpticalModel::EmissionAbsorption);
+    for (name, view) in views(&with_gaps) {
+        for integration in [Integration::PostClassified, Integration::Slabs] {
+            // A slab that ends in a gap is left out whole, so slabs are thin here.
+            let options = SlicingOptions {
+                integration,
+                slices_per_voxel: 64.0,
+                ..Default::default()
+            };
+            let gap = draw(&gpu, &with_gaps, &appearance, &options, &view);
+            let solid = draw(&gpu, &half, &appearance, &options, &view);
+            // One slab, 1/512 long, σ = 3.3 in it: 6.5e-3.
+            let (_, most) = between(&gap, &solid);
+            assert!(most < 7e-3, "{name} {integration:?}: {most:e}");
+        }
+    }
+}
+
+// A uniform box cut by planes is a smaller uniform box.
+#[test]
+fn clip_planes_cut_exactly() {
+    let Some(gpu) = testing::gpu("clip_planes_cut_exactly") else {
+        return;
+    };
+    let volume = grid(&cube(9), |_| 0.8);
+    let kept = Bounds {
+        min: DVec3::new(0.21, 0.0, 0.33),
+        max: DVec3::new(0.83, 0.47, 2.0),
+    };
+    let smaller = Place {
+        dims: [3, 3, 3],
+        origin: kept.min,
+        spacing: (kept.max.min(DVec3::ONE) - kept.min) / 2.0,
+        ..cube(3)
+    };
+    let smaller = grid(&smaller, |_| 0.8);
+    let tf = ramp(5.0);
+    let appearance = appearance(&tf, OpticalModel::EmissionAbsorption);
+    let options = SlicingOptions {
+        clip_planes: ClipPlane::of_box(&kept).to_vec(),
+        ..Default::default()
+    };
+    for (name, view) in views(&volume) {
+        let clipped = draw(&gpu, &volume, &appearance, &options, &view);
+        let truth = truth(&smaller, &appearance, &view, 1.0);
+        let (rmse, most) = difference(&clipped, &truth);
+        // As for a uniform box; in a pixel whose ray meets a cut's edge, as much.
+        assert!(most < 2e-5, "{name}: {rmse:e} {most:e}");
+    }
+}
+
+// In a linear field the gradient is the same everywhere, so light is a constant factor:
+// c (ambient + diffuse |n · d|) for a ray along d.
+#[test]
+fn light_follows_the_gradient() {
+    let Some(gpu) = testing::gpu("light_follows_the_gradient") else {
+        return;
+    };
+    let place = skewed();
+    let center = grid(&place, |_| 0.0).bounds().center();
+    let slope = DVec3::new(0.2, -0.3, 0.25);
+    let grid = grid(&place, |p| 0.5 + (p - center).dot(slope));
+    let tf = ramp(4.0);
+    let phong = Phong {
+        specular: 0.0,
+        ..Default::default()
+    };
+    for model in [OpticalModel::EmissionAbsorption, OpticalModel::Emission] {
+        let appearance = appearance(&tf, model);
+        for (name, mut view) in views(&grid) {
+            view.background = [0.0; 4];
+            let options = SlicingOptions {
+                shading: Shading::Phong(phong),
+                ..Default::default()
+            };
+            let lit = draw(&gpu, &grid, &appearance, &options, &view);
+            let plain = draw(&gpu, &grid, &appearance, &Default::default(), &view);
+            let mut rays = pixels(&view, |ray| {
+                let facing = ray.direction.dot(slope.normalize()).abs();
+                [facing, 0.0, 0.0, 0.0]
+            })
+            .into_iter();
+            let truth: Vec<[f64; 4]> = plain
+                .pixels
+                .iter()
+                .map(|p| {
+                    let facing = rays.next().expect("one ray a pixel")[0];
+                    let light = phong.ambient + phong.diffuse * facing;
+                    let [r, g, b, a] = p.map(f64::from);
+                    [r * light, g * light, b * light, a]
+                })
+                .collect();
+            let (_, most) = difference(&lit, &truth);
+            // Differences of scalars that are right to 2⁻²³ over two samples, of which the
+            // field changes by 0.02 at least along its steepest axis: 1e-5, times 2.
+            assert!(most < 1e-4, "{name} {model:?}: {most:e}");
+        }
+    }
+}
+
+// Texture units have at least 8 bits of fraction: an error of 1/512 of the difference of
+// neighbors, here at most 1/4 of the range, and σ L ≤ 8 · its slope.
+#[test]
+fn texture_units_filter_almost_as_well() {
+    let Some(gpu) = testing::gpu("texture_units_filter_almost_as_well") else {
+        return;
+    };
+    let wave = |p: DVec3| 0.5 + 0.5 * (7.0 * p.x).sin() * (5.0 * p.y + 3.0 * p.z).cos();
+    let place = cube(20);
+    let grids = [
+        (
+            grid_of(&place, |p| (255.0 * wave(p)) as u8, Samples::U8),
+            0.0,
+            255.0,
+        ),
+        (
+            grid_of(&place, |p| (60_000.0 * wave(p)) as u16, Samples::U16),
+            0.0,
+            60_000.0,
+        ),
+        (
+            grid_of(
+                &place,
+                |p| (60_000.0 * wave(p) - 30_000.0) as i16,
+                Samples::I16,
+            ),
+            -3e4,
+            3e4,
+        ),
+        (grid(&place, wave), 0.0, 1.0),
+    ];
+    for (grid, low, high) in grids {
+        let tf = TransferFunction::new(vec![
+            knot(low, [0.1, 0.3, 0.9], 0.0),
+            knot(high, [1.0, 0.9, 0.6], 8.0),
+        ]);
+        let appearance = appearance(&tf.expect("sorted"), OpticalModel::EmissionAbsorption);
+        let (_, view) = views(&grid).swap_remove(0);
+        let exact = draw(&gpu, &grid, &appearance, &Default::default(), &view);
+        let options = SlicingOptions {
+            filtering: Filtering::Hardware,
+            ..Default::default()
+        };
+        let filtered = draw(&gpu, &grid, &appearance, &options, &view);
+        let (rmse, most) = between(&exact, &filtered);
+        // Errors along a ray have both signs; if they all had one: 8 · 1/512 · 1/4.
+        assert!(most < 4e-3, "{rmse:e} {most:e}");
+        let fallback = filtered
+            .stats
+            .notes
+            .iter()
+            .any(|n| n.contains("does not filter"));
+        assert!(most > 0.0 || fallback, "the texture unit was not used");
+    }
+}
+
+/// The published test draws the same picture, but for planes just before a corner.
+#[test]
+fn both_plane_tests_draw_the_same() {
+    let Some(gpu) = testing::gpu("both_plane_tests_draw_the_same") else {
+        return;
+    };
+    let grid = grid(&cube(20), |p| p.length() / 2.0);
+    let appearance = appearance(&ramp(5.0), OpticalModel::EmissionAbsorption);
+    for (name, view) in views(&grid) {
+        let of = |plane_test| SlicingOptions {
+            plane_test,
+            level: Level::Fixed(1),
+            ..Default::default()
+        };
+        let sides = draw(&gpu, &grid, &appearance, &of(PlaneTest::Sides), &view);
+        let published = draw(&gpu, &grid, &appearance, &of(PlaneTest::Published), &view);
+        let (rmse, _) = between(&sides, &published);
+        // At most a polygon or two of some hundred is torn.
+        assert!(rmse < 1e-2, "{name}: {rmse:e}");
+    }
+}
+
+#[test]
+fn the_callers_texture_gets_the_same_picture() {
+    let Some(gpu) = testing::gpu("the_callers_texture_gets_the_same_picture") else {
+        return;
+    };
+    let grid = grid(&cube(10), |p| p.length() / 2.0);
+    let (_, view) = views(&grid).swap_remove(0);
+    let appearance = appearance(&ramp(5.0), OpticalModel::EmissionAbsorption);
+    let options = SlicingOptions {
+        target_format: TextureFormat::Rgba8Unorm,
+        ..Default::default()
+    };
+    let slicing = Slicing::new(&gpu, &Volume::Grid(grid), &appearance, &options).expect("it fits");
+    let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
+    let size = (view.width, view.height);
+    let target = gpu
+        .texture("target", size, options.target_format, usage)
+        .expect("it fits");
+    let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    let target_view = target.create_view(&Default::default());
+    slicing
+        .encode(&mut encoder, &view, &target_view)
+        .expect("recorded");
+    let copy = read_back(&gpu, &mut encoder, Source::Texture(&target)).expect("a copy");
+    gpu.finish(encoder).expect("drawn");
+    let bytes: Vec<[u8; 4]> = copy.read().expect("readable");
+    let frame = slicing.render(&view).expect("drawn");
+    for (byte, float) in bytes.iter().flatten().zip(frame.pixels.iter().flatten()) {
+        // Rounded to the nearest of 255 steps.
+        assert!((f32::from(*byte) / 255.0 - float).abs() <= 0.51 / 255.0);
+    }
+}
+
+#[test]
+fn a_changed_renderer_draws_like_a_new_one() {
+    let Some(gpu) = testing::gpu("a_changed_renderer_draws_like_a_new_one") else {
+        return;
+    };
+    let first = grid(&cube(20), |p| p.length() / 2.0);
+    let second = grid(&skewed(), |p| {
+        (p - DVec3::new(1000.0, -2000.0, 500.0)).length() / 3.0
+    });
+    let narrow = TransferFunction::new(vec![
+        knot(0.4, [1.0, 0.0, 0.0], 0.0),
+        knot(0.41, [0.0, 1.0, 0.0], 9.0),
+    ]);
+    let looks = [
+        appearance(&ramp(5.0), OpticalModel::EmissionAbsorption),
+        appearance(&narrow.expect("sorted"), OpticalModel::Emission),
+    ];
+    let options = SlicingOptions::default();
+    let volume = Volume::Grid(first.clone());
+    let mut slicing = Slicing::new(&gpu, &volume, &looks[0], &options).expect("it fits");
+    let (_, view) = views(&first).swap_remove(0);
+    slicing.restyle(&looks[1]).expect("it fits");
+    let changed = slicing.render(&view).expect("drawn");
+    assert_eq!(
+        changed.pixels,
+        draw(&gpu, &first, &looks[1], &options, &view).pixels
+    );
+    slicing
+        .reload(&Volume::Grid(second.clone()))
+        .expect("it fits");
+    let (_, view) = views(&second).swap_remove(1);
+    let changed = slicing.render(&view).expect("drawn");
+    assert_eq!(
+        changed.pixels,
+        draw(&gpu, &second, &looks[1], &options, &view).pixels
+    );
+}
+
+#[test]
+fn what_it_cannot_draw_is_refused() {
+    let Some(gpu) = testing::gpu("what_it_cannot_draw_is_refused") else {
+        return;
+    };
+    let volume = Volume::Grid(grid(&cube(3), |_| 0.5));
+    let appearance = appearance(&ramp(5.0), OpticalModel::EmissionAbsorption);
+    let bad = [
+        SlicingOptions {
+            slices_per_voxel: f64::NAN,
+            ..Default::default()
+        },
+        SlicingOptions {
+            slices_per_voxel: 0.1,
+            ..Default::default()
+        },
+        SlicingOptions {
+            level: Level::Fixed(99),
+            ..Default::default()
+        },
+        SlicingOptions {
+            clip_planes: vec![ClipPlane {
+                point: DVec3::ZERO,
+                normal: DVec3::ZERO,
+            }],
+            ..Default::default()
+        },
+        SlicingOptions {
+            memory_budget: 10,
+            ..Default::default()
+        },
+    ];
+    for options in bad {
+        let error = Slicing::new(&gpu, &volume, &appearance, &options);
+        assert!(error.is_err(), "{options:?}");
+    }
+    // More slices than a frame may have: an extreme angle of view.
+    let options = SlicingOptions {
+        slices_per_voxel: 64.0,
+        ..Default::default()
+    };
+    let slicing = Slicing::new(&gpu, &volume, &appearance, &options).expect("it fits");
+    let (_, mut view) = views(&grid(&cube(3), |_| 0.5)).swap_remove(0);
+    view.camera.projection = tetrascope_core::Projection::Perspective {
+        view_angle: 179.99999,
+    };
+    assert!(slicing.render(&view).is_err());
+}

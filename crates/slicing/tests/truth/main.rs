@@ -1,0 +1,7 @@
+//! Pictures of slices against integrals that are known.
+
+mod analytic;
+mod bricks;
+mod convergence;
+mod features;
+mod support;

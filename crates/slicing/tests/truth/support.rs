@@ -1,0 +1,251 @@
+//! Small volumes, views, and a ray caster in f64 to compare with.
+
+use tetrascope_core::glam::{DMat3, DVec3};
+use tetrascope_core::grid::Samples;
+use tetrascope_core::optics::{RayIntegral, Segment};
+use tetrascope_core::{
+    Appearance, Camera, CameraFit, Frame, Grid, Knot, OpticalModel, Projection, Ray,
+    TransferFunction, View, Volume, VolumeRenderer as _,
+};
+use tetrascope_gpu::Gpu;
+use tetrascope_slicing::{Slicing, SlicingOptions};
+
+/// A grid of floats by a formula of the world position.
+pub(crate) fn grid(place: &Place, field: impl Fn(DVec3) -> f64) -> Grid {
+    grid_of(place, |p| field(p) as f32, Samples::F32)
+}
+
+/// A grid of any type of samples by a formula of the world position.
+pub(crate) fn grid_of<T>(
+    place: &Place,
+    field: impl Fn(DVec3) -> T,
+    samples: impl Fn(Vec<T>) -> Samples,
+) -> Grid {
+    let [nx, ny, nz] = place.dims;
+    let mut values = Vec::with_capacity(nx * ny * nz);
+    for z in 0..nz {
+        for y in 0..ny {
+            for x in 0..nx {
+                let lattice = DVec3::new(x as f64, y as f64, z as f64);
+                values.push(field(
+                    place.origin + place.direction * (place.spacing * lattice),
+                ));
+            }
+        }
+    }
+    let Place {
+        dims,
+        origin,
+        spacing,
+        direction,
+    } = *place;
+    Grid::new(dims, origin, spacing, direction, samples(values)).expect("the grid is valid")
+}
+
+/// Where a grid lies.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    pub(crate) dims: [usize; 3],
+    pub(crate) origin: DVec3,
+    pub(crate) spacing: DVec3,
+    pub(crate) direction: DMat3,
+}
+
+/// The cube [0, 1]³ with n samples an axis.
+pub(crate) fn cube(n: usize) -> Place {
+    Place {
+        dims: [n; 3],
+        origin: DVec3::ZERO,
+        spacing: DVec3::splat(1.0 / (n - 1) as f64),
+        direction: DMat3::IDENTITY,
+    }
+}
+
+/// Turned, flipped and with three different spacings, far from the origin.
+pub(crate) fn skewed() -> Place {
+    let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
+    Place {
+        dims: [14, 23, 9],
+        origin: DVec3::new(1000.0, -2000.0, 500.0),
+        spacing: DVec3::new(0.1, 0.05, 0.3),
+        direction: turn * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)),
+    }
+}
+
+pub(crate) fn knot(scalar: f64, color: [f64; 3], extinction: f64) -> Knot {
+    Knot {
+        scalar,
+        color: DVec3::from(color),
+        extinction,
+    }
+}
+
+/// Smooth enough and with a color that changes.
+pub(crate) fn ramp(most: f64) -> TransferFunction {
+    let knots = vec![
+        knot(0.0, [0.1, 0.3, 0.9], 0.0),
+        knot(0.4, [0.9, 0.5, 0.2], 0.3 * most),
+        knot(1.0, [1.0, 0.9, 0.6], most),
+    ];
+    TransferFunction::new(knots).expect("the knots are sorted")
+}
+
+pub(crate) fn appearance(tf: &TransferFunction, optical_model: OpticalModel) -> Appearance {
+    Appearance {
+        transfer_function: tf.clone(),
+        optical_model,
+    }
+}
+
+/// Views of `grid` from outside, in both projections, along an axis, and from inside.
+pub(crate) fn views(grid: &Grid) -> Vec<(&'static str, View)> {
+    let bounds = grid.bounds();
+    let fit = |fit, orthographic| Camera::fit(&bounds, fit, orthographic, 1.0);
+    let off = |camera: Camera| {
+        let shift = bounds.diagonal() * DVec3::new(0.31, -0.17, 0.05);
+        Camera {
+            position: camera.position + shift,
+            ..camera
+        }
+    };
+    let inside = Camera {
+        position: bounds.center() + bounds.size() * DVec3::new(0.11, -0.07, 0.13),
+        focal_point: bounds.center() + bounds.size() * DVec3::new(1.0, 0.6, 0.4),
+        view_up: DVec3::Z,
+        projection: Projection::Perspective { view_angle: 70.0 },
+    };
+    let view = |camera| View {
+        camera,
+        width: 48,
+        height: 48,
+        background: [0.1, 0.2, 0.3, 0.5],
+    };
+    vec![
+        ("perspective", view(off(fit(CameraFit::PlusIso, false)))),
+        ("orthographic", view(off(fit(CameraFit::MinusIso, true)))),
+        ("along an axis", view(fit(CameraFit::MinusX, true))),
+        ("inside", view(inside)),
+    ]
+}
+
+pub(crate) fn draw(
+    gpu: &Gpu,
+    grid: &Grid,
+    appearance: &Appearance,
+    options: &SlicingOptions,
+    view: &View,
+) -> Frame {
+    let volume = Volume::Grid(grid.clone());
+    let slicing = Slicing::new(gpu, &volume, appearance, options).expect("the grid fits");
+    slicing.render(view).expect("the view is valid")
+}
+
+/// Where a ray is inside of a grid, as distances; nothing if `start >= end`.
+pub(crate) fn span(grid: &Grid, ray: &Ray) -> (f64, f64) {
+    let (origin, direction) = in_lattice(grid, ray);
+    let (mut start, mut end) = (0.0_f64, f64::INFINITY);
+    for axis in 0..3 {
+        let cells = (grid.dims()[axis] - 1) as f64;
+        if direction[axis] == 0.0 {
+            if !(0.0..=cells).contains(&origin[axis]) {
+                return (0.0, 0.0);
+            }
+            continue;
+        }
+        let hits = [0.0, cells].map(|x| (x - origin[axis]) / direction[axis]);
+        start = start.max(hits[0].min(hits[1]));
+        end = end.min(hits[0].max(hits[1]));
+    }
+    (start, end)
+}
+
+/// A ray in lattice coordinates, its parameter still in world units.
+fn in_lattice(grid: &Grid, ray: &Ray) -> (DVec3, DVec3) {
+    let inverse = (grid.direction() * DMat3::from_diagonal(grid.spacing())).inverse();
+    (
+        inverse * (ray.origin - grid.origin()),
+        inverse * ray.direction,
+    )
+}
+
+/// Trilinear interpolation.
+pub(crate) fn sample(grid: &Grid, lattice: DVec3) -> f64 {
+    let dims = grid.dims();
+    let base = [0, 1, 2].map(|a| (lattice[a].floor().max(0.0) as usize).min(dims[a] - 2));
+    let f = [0, 1, 2].map(|a| (lattice[a] - base[a] as f64).clamp(0.0, 1.0));
+    let mut sum = 0.0;
+    for corner in 0..8_usize {
+        let bit = |a: usize| corner >> a & 1;
+        let weight: f64 = (0..3)
+            .map(|a| if bit(a) == 1 { f[a] } else { 1.0 - f[a] })
+            .product();
+        let [i, j, k] = [0, 1, 2].map(|a| base[a] + bit(a));
+        sum += weight * grid.samples().get(i + dims[0] * (j + dims[1] * k));
+    }
+    sum
+}
+
+/// The picture by linear pieces, `pieces` to the way between two samples: their error is
+/// of second order and has the sign of the curvature.
+pub(crate) fn truth(
+    grid: &Grid,
+    appearance: &Appearance,
+    view: &View,
+    pieces: f64,
+) -> Vec<[f64; 4]> {
+    let step = grid.spacing().min_element() / pieces;
+    pixels(view, |ray| {
+        let mut integral =
+            RayIntegral::new(&appearance.transfer_function, appearance.optical_model);
+        let (start, end) = span(grid, ray);
+        let (origin, direction) = in_lattice(grid, ray);
+        let count = ((end - start) / step).ceil().max(0.0);
+        let at = |i: f64| {
+            let t = start + (end - start) * (i / count);
+            sample(grid, origin + t * direction)
+        };
+        for i in 0..count as usize {
+            let (front, back) = (at(i as f64), at(i as f64 + 1.0));
+            integral.add(&Segment {
+                front,
+                back,
+                length: (end - start) / count,
+            });
+        }
+        integral.over(view.premultiplied_background())
+    })
+}
+
+/// A picture by a formula of the ray.
+pub(crate) fn pixels(view: &View, pixel: impl Fn(&Ray) -> [f64; 4]) -> Vec<[f64; 4]> {
+    (0..view.height)
+        .flat_map(|row| (0..view.width).map(move |column| (column, row)))
+        .map(|(column, row)| pixel(&view.ray(column, row)))
+        .collect()
+}
+
+/// RMSE and maximum over pixels and channels.
+pub(crate) fn difference(frame: &Frame, truth: &[[f64; 4]]) -> (f64, f64) {
+    assert_eq!(frame.pixels.len(), truth.len());
+    let (mut squares, mut most) = (0.0, 0.0_f64);
+    for (is, should) in frame.pixels.iter().flatten().zip(truth.iter().flatten()) {
+        let off = (f64::from(*is) - should).abs();
+        // NaN must not pass for small.
+        assert!(off.is_finite(), "{is} in place of {should}");
+        squares += off * off;
+        most = most.max(off);
+    }
+    ((squares / (4 * truth.len()) as f64).sqrt(), most)
+}
+
+/// The same between two frames.
+pub(crate) fn between(a: &Frame, b: &Frame) -> (f64, f64) {
+    let b: Vec<[f64; 4]> = b.pixels.iter().map(|p| p.map(f64::from)).collect();
+    difference(a, &b)
+}
+
+/// That a picture shows something: its pixels differ from the background.
+pub(crate) fn shows(frame: &Frame) -> bool {
+    let first = frame.pixels[0];
+    frame.pixels.iter().any(|p| (p[0] - first[0]).abs() > 0.05)
+}
