@@ -134,7 +134,9 @@ fn private_folder() -> std::io::Result<PathBuf> {
 }
 
 fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("this package is in a folder of the repository")
 }
 
 fn exe(name: &str) -> String {

@@ -12,7 +12,9 @@ use crate::report::{Machine, Program, REPORT_VERSION, Report};
 
 /// The repository's root.
 pub fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("this package is in a folder of the repository")
 }
 
 /// Where reports and pictures of failures go, whatever cargo's own target folder.

@@ -47,16 +47,16 @@ pub fn error_against_time(
         let mut chart = ChartBuilder::on(&area)
             .margin_top(14)
             .margin_right(18)
-            .x_label_area_size(42)
-            .y_label_area_size(62)
+            .x_label_area_size(50)
+            .y_label_area_size(72)
             .build_cartesian_2d(LogAxis(x.0, x.1), LogAxis(y.0, y.1))
             .expect("memory takes any chart");
         chart
             .configure_mesh()
             .x_desc("time a frame, ms")
             .y_desc("RMSE")
-            .axis_desc_style((FONT, 13).into_font().color(&INK))
-            .label_style((FONT, 12).into_font().color(&INK))
+            .axis_desc_style((FONT, 16).into_font().color(&INK))
+            .label_style((FONT, 15).into_font().color(&INK))
             .bold_line_style(RGBColor(0xd9, 0xdc, 0xe0))
             .light_line_style(TRANSPARENT)
             .axis_style(RGBColor(0x9a, 0xa0, 0xa8))
@@ -69,11 +69,10 @@ pub fn error_against_time(
             let ends = [(ms.log10(), y.0), (ms.log10(), y.1)];
             let line = DashedLineSeries::new(ends, 3, 3, INK.stroke_width(1));
             chart.draw_series(line).expect("memory takes any chart");
-            let label = Text::new(
-                "reference",
-                (ms.log10(), y.1),
-                (FONT, 11).into_font().color(&INK),
-            );
+            // Beside the line's foot, where no error is that small.
+            let style = (FONT, 14).into_font().color(&INK);
+            let text = Text::new("reference", (6, -20), style);
+            let label = EmptyElement::at((ms.log10(), y.0)) + text;
             chart.draw_series([label]).expect("memory takes any chart");
         }
         for one in series {
@@ -92,7 +91,7 @@ pub fn error_against_time(
             }
             .expect("memory takes any chart");
             for (at, (_, _, label)) in path.into_iter().zip(points) {
-                let text = Text::new(label.clone(), (9, -5), (FONT, 11).into_font().color(&INK));
+                let text = Text::new(label.clone(), (9, -5), (FONT, 14).into_font().color(&INK));
                 let filled = color.filled();
                 match one.algorithm % MARKERS.len() {
                     0 => chart
