@@ -89,8 +89,20 @@ pub mod slicing {
     pub const SLICE_FILTERED: &str = slice_program!("slicing/voxels_filtered.wgsl");
 }
 
+/// Ray casting through tetrahedral meshes (`tetrascope-raycast-peel`).
+pub mod raycast_peel {
+    /// Follow each ray to its end.
+    pub const MARCH: &str = program!(
+        "common/optics_model.wgsl",
+        "common/transfer_function.wgsl",
+        "common/optics.wgsl",
+        "raycast_peel/walk.wgsl",
+        "raycast_peel/march.wgsl",
+    );
+}
+
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 11] = [
+pub const PROGRAMS: [(&str, &str); 12] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -102,6 +114,7 @@ pub const PROGRAMS: [(&str, &str); 11] = [
     ("slicing::SLICE_UNSIGNED", slicing::SLICE_UNSIGNED),
     ("slicing::SLICE_SIGNED", slicing::SLICE_SIGNED),
     ("slicing::SLICE_FILTERED", slicing::SLICE_FILTERED),
+    ("raycast_peel::MARCH", raycast_peel::MARCH),
 ];
 
 #[cfg(test)]

@@ -24,8 +24,12 @@ pub struct FrameStats {
     pub gpu_seconds: Option<f64>,
     /// Render and compute passes recorded.
     pub passes: u64,
-    /// Ray-cell intervals integrated on the CPU.
+    /// Ray-cell intervals that were integrated.
     pub cell_visits: Option<u64>,
+    /// Stretches of rays from where they enter the mesh to where they leave it.
+    pub paths: Option<u64>,
+    /// Rays that cross the boundary an odd number of times, which should never happen.
+    pub unpaired_faces: Option<u64>,
     /// Cells sent to the rasterizer.
     pub cells_drawn: Option<u64>,
     /// Cells left out because they have no volume, or map to nothing.

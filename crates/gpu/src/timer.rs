@@ -40,6 +40,15 @@ impl Timer {
         }
     }
 
+    /// What a frame's one pass writes, if it is a compute pass.
+    pub fn only_compute_pass(&self) -> wgpu::ComputePassTimestampWrites<'_> {
+        wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        }
+    }
+
     /// What the frame's first pass writes, if it is a render pass.
     pub fn first_render_pass(&self) -> wgpu::RenderPassTimestampWrites<'_> {
         wgpu::RenderPassTimestampWrites {

@@ -10,6 +10,8 @@ use crate::{Context, Setting, Settings};
 
 #[cfg(feature = "projection")]
 mod projection;
+#[cfg(feature = "raycast-peel")]
+mod raycast_peel;
 #[cfg(feature = "reference")]
 mod reference;
 
@@ -45,7 +47,17 @@ const ALL: &[Algorithm] = &[
     reference::ALGORITHM,
     #[cfg(feature = "projection")]
     projection::ALGORITHM,
+    #[cfg(feature = "raycast-peel")]
+    raycast_peel::ALGORITHM,
 ];
+
+/// The value that setting `name` chooses among an option's `all`.
+#[cfg(feature = "gpu")]
+fn choice<T: Copy>(settings: &Settings, name: &str, all: &[(&str, T)]) -> T {
+    let value = settings.get(name);
+    let found = all.iter().find(|(word, _)| *word == value);
+    found.expect("the entry lists what the crate offers").1
+}
 
 /// Every algorithm that was compiled in, the ground truth first.
 pub fn algorithms() -> &'static [Algorithm] {

@@ -30,8 +30,8 @@
 //! ```
 //!
 //! # Features
-//! One a renderer: `reference` (CPU) and `projection` (GPU); `cli` is the program.
-//! Without them this crate reads and describes volumes and draws none.
+//! One a renderer: `reference` (CPU), `projection` and `raycast-peel` (GPU); `cli` is the
+//! program. Without them this crate reads and describes volumes and draws none.
 
 pub use tetrascope_core as core;
 pub use tetrascope_datasets as datasets;
@@ -40,6 +40,8 @@ pub use tetrascope_gpu as gpu;
 pub use tetrascope_io as io;
 #[cfg(feature = "projection")]
 pub use tetrascope_projection as projection;
+#[cfg(feature = "raycast-peel")]
+pub use tetrascope_raycast_peel as raycast_peel;
 #[cfg(feature = "reference")]
 pub use tetrascope_reference as reference;
 

@@ -5,7 +5,7 @@ use tetrascope_projection::{
     CellLayout, ExitSearch, Integration, Order, Projection, ProjectionOptions,
 };
 
-use super::Algorithm;
+use super::{Algorithm, choice};
 use crate::{Setting, Settings, Values};
 
 const NAME: &str = "projection";
@@ -68,12 +68,6 @@ fn options(settings: &Settings) -> ProjectionOptions {
         cell_layout: choice(settings, "layout", &CellLayout::ALL),
         ..ProjectionOptions::default()
     }
-}
-
-fn choice<T: Copy>(settings: &Settings, name: &str, all: &[(&str, T)]) -> T {
-    let value = settings.get(name);
-    let found = all.iter().find(|(word, _)| *word == value);
-    found.expect("the entry lists what the crate offers").1
 }
 
 #[cfg(test)]

@@ -1,0 +1,102 @@
+//! `repr(C)` mirrors of the structs in `march.wgsl`.
+
+use bytemuck::{Pod, Zeroable};
+
+/// `March`: what changes every frame.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct March {
+    /// The anchor of pixel (0, 0), normalized; w is unused.
+    pub(crate) anchor: [f32; 4],
+    /// From a pixel to its right neighbor.
+    pub(crate) anchor_x: [f32; 4],
+    /// From a pixel to the one below.
+    pub(crate) anchor_y: [f32; 4],
+    /// The eye with w = 1, or the common direction with w = 0.
+    pub(crate) eye: [f32; 4],
+    /// Premultiplied.
+    pub(crate) background: [f32; 4],
+    /// t of the camera's plane from the anchors' plane; orthographic only.
+    pub(crate) eye_depth: f32,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) node_count: u32,
+    /// The optical depth beyond which a ray stops.
+    pub(crate) stop_depth: f32,
+    pub(crate) padding_0: u32,
+    pub(crate) padding_1: u32,
+    pub(crate) padding_2: u32,
+}
+
+/// `Node`: a box of the boundary hierarchy.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Node {
+    pub(crate) low: [f32; 3],
+    /// The next node beyond this one's subtree.
+    pub(crate) skip: u32,
+    pub(crate) high: [f32; 3],
+    /// First face << 3 | number of faces; no faces in an inner node.
+    pub(crate) faces: u32,
+}
+
+/// `Counters`: what a frame did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Counters {
+    /// Cells passed, the lower 32 bits.
+    pub(crate) cell_visits_low: u32,
+    /// And the upper.
+    pub(crate) cell_visits_high: u32,
+    /// Paths through the mesh.
+    pub(crate) paths: u32,
+    /// Rays that cross the boundary an odd number of times.
+    pub(crate) unpaired_faces: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use tetrascope_shaders::{assert_layout, raycast_peel::MARCH};
+
+    use super::*;
+
+    #[test]
+    fn structs_have_the_layout_of_their_twins() {
+        assert_layout!(
+            MARCH,
+            Node {
+                low,
+                skip,
+                high,
+                faces
+            }
+        );
+        assert_layout!(
+            MARCH,
+            March {
+                anchor,
+                anchor_x,
+                anchor_y,
+                eye,
+                background,
+                eye_depth,
+                width,
+                height,
+                node_count,
+                stop_depth,
+                padding_0,
+                padding_1,
+                padding_2
+            }
+        );
+        assert_layout!(
+            MARCH,
+            Counters {
+                cell_visits_low,
+                cell_visits_high,
+                paths,
+                unpaired_faces
+            }
+        );
+    }
+}

@@ -1,0 +1,165 @@
+//! The mesh as the march reads it: 20 bytes a cell and 16 a vertex.
+//!
+//! A cell is the exclusive or of its four vertex ids and its four neighbors by
+//! increasing id of the opposite vertex: whoever comes in through a face knows
+//! three ids and gets the fourth. (A. Aman, S. Demirci, U. Güdükbay, "Compact
+//! Tetrahedralization-based Acceleration Structures for Ray Tracing", 2022, Tet20.)
+
+use tetrascope_core::TetMesh;
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::mesh::NO_NEIGHBOR;
+
+/// 32-bit words of one cell in [`Layout::cells`].
+pub(crate) const CELL_WORDS: usize = 5;
+
+/// A neighbor with this bit set is the boundary face of the other bits.
+pub(crate) const AT_BOUNDARY: u32 = 1 << 31;
+
+/// Cells and vertices in the order in which they lie in memory.
+#[derive(Debug)]
+pub(crate) struct Layout {
+    /// [`CELL_WORDS`] a cell.
+    pub(crate) cells: Vec<u32>,
+    /// Vertex ids and the cell behind, one a boundary face, by increasing place in the hierarchy.
+    pub(crate) boundary: Vec<[u32; 4]>,
+    /// The mesh's own number of each vertex.
+    pub(crate) vertex_order: Vec<u32>,
+    /// The mesh's own number of each cell.
+    pub(crate) cell_order: Vec<u32>,
+}
+
+/// In which order cells and vertices lie in memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Locality {
+    /// As the mesh has them.
+    AsGiven,
+    /// Along a Morton curve through their centers, so that rays side by side
+    /// read memory side by side.
+    Morton,
+}
+
+impl Locality {
+    /// Every order, with its name in settings.
+    pub const ALL: [(&'static str, Locality); 2] = [
+        ("morton", Locality::Morton),
+        ("as-given", Locality::AsGiven),
+    ];
+}
+
+impl Layout {
+    /// Lays `mesh` out.
+    ///
+    /// The boundary faces are in the mesh's order; [`crate::entry`] sorts them.
+    pub(crate) fn new(mesh: &TetMesh, locality: Locality) -> Layout {
+        let tetrahedra = mesh.tetrahedra();
+        let (cell_order, vertex_order) = match locality {
+            Locality::AsGiven => (
+                (0..tetrahedra.len() as u32).collect(),
+                (0..mesh.points().len() as u32).collect(),
+            ),
+            Locality::Morton => {
+                let centers =
+                    |cell: u32| mesh.cell_points(cell as usize).iter().sum::<DVec3>() / 4.0;
+                (
+                    morton_order(mesh, tetrahedra.len(), centers),
+                    morton_order(mesh, mesh.points().len(), |point| {
+                        mesh.points()[point as usize]
+                    }),
+                )
+            }
+        };
+        let cell_at = inverse(&cell_order);
+        let vertex_at = inverse(&vertex_order);
+        let mut cells = Vec::with_capacity(CELL_WORDS * tetrahedra.len());
+        let mut boundary = Vec::new();
+        for (cell, &old) in cell_order.iter().enumerate() {
+            let ids = tetrahedra[old as usize].map(|v| vertex_at[v as usize]);
+            cells.push(ids[0] ^ ids[1] ^ ids[2] ^ ids[3]);
+            for corner in by_id(ids) {
+                let neighbor = mesh.neighbors()[old as usize][corner];
+                cells.push(if neighbor == NO_NEIGHBOR {
+                    let [a, b, c] = face_opposite(ids, corner);
+                    boundary.push([a, b, c, cell as u32]);
+                    AT_BOUNDARY | (boundary.len() - 1) as u32
+                } else {
+                    cell_at[neighbor as usize]
+                });
+            }
+        }
+        Layout {
+            cells,
+            boundary,
+            vertex_order,
+            cell_order,
+        }
+    }
+
+    /// Puts boundary face `order[i]` at place i.
+    pub(crate) fn reorder_boundary(&mut self, order: &[u32]) {
+        let place = inverse(order);
+        self.boundary = order
+            .iter()
+            .map(|&old| self.boundary[old as usize])
+            .collect();
+        for word in &mut self
+            .cells
+            .chunks_exact_mut(CELL_WORDS)
+            .flat_map(|cell| &mut cell[1..])
+        {
+            if *word & AT_BOUNDARY != 0 {
+                *word = AT_BOUNDARY | place[(*word & !AT_BOUNDARY) as usize];
+            }
+        }
+    }
+}
+
+/// The corners 0…3 by increasing vertex id.
+fn by_id(ids: [u32; 4]) -> [usize; 4] {
+    let mut corners = [0, 1, 2, 3];
+    corners.sort_unstable_by_key(|&corner| ids[corner]);
+    corners
+}
+
+/// The other three ids, increasing: one order for both sides of a face.
+fn face_opposite(ids: [u32; 4], corner: usize) -> [u32; 3] {
+    let mut face = [0, 1, 2].map(|i| ids[(corner + 1 + i) % 4]);
+    face.sort_unstable();
+    face
+}
+
+fn inverse(order: &[u32]) -> Vec<u32> {
+    let mut places = vec![0; order.len()];
+    for (place, &old) in order.iter().enumerate() {
+        places[old as usize] = place as u32;
+    }
+    places
+}
+
+/// Items 0…count by the Morton code of their position in the mesh's box.
+fn morton_order(mesh: &TetMesh, count: usize, position: impl Fn(u32) -> DVec3) -> Vec<u32> {
+    let bounds = mesh.bounds();
+    let size = bounds.size().max_element().max(f64::MIN_POSITIVE);
+    let code = |item: u32| {
+        // 21 bits an axis fill a u64. Unused points may lie outside; `as` clamps them.
+        let p = (position(item) - bounds.min) / size * f64::from((1u32 << 21) - 1);
+        spread(p.x as u32) | spread(p.y as u32) << 1 | spread(p.z as u32) << 2
+    };
+    let mut order: Vec<u32> = (0..count as u32).collect();
+    order.sort_by_cached_key(|&item| code(item));
+    order
+}
+
+/// Bit i of `value` at place 3 i.
+fn spread(value: u32) -> u64 {
+    let mut x = u64::from(value & 0x1f_ffff);
+    for (shift, mask) in [
+        (32, 0x001f_0000_0000_ffff),
+        (16, 0x001f_0000_ff00_00ff),
+        (8, 0x100f_00f0_0f00_f00f),
+        (4, 0x10c3_0c30_c30c_30c3),
+        (2, 0x1249_2492_4924_9249),
+    ] {
+        x = (x | x << shift) & mask;
+    }
+    x
+}

@@ -1,0 +1,46 @@
+//! The rays of a view in numbers that are as small as the mesh.
+
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::{Projection, View};
+use tetrascope_gpu::Normalization;
+
+/// The rays of one view: each starts at its anchor, a point of the plane that
+/// faces the camera at the mesh's center. Near the mesh all numbers are small,
+/// however far away the eye is.
+pub(crate) struct Rays {
+    pub(crate) anchor: DVec3,
+    pub(crate) anchor_x: DVec3,
+    pub(crate) anchor_y: DVec3,
+    pub(crate) eye: DVec3,
+    pub(crate) is_point: bool,
+    pub(crate) eye_depth: f64,
+}
+
+impl Rays {
+    pub(crate) fn new(view: &View, normalization: &Normalization) -> Rays {
+        let camera = &view.camera;
+        let (right, up, forward) = camera.axes();
+        let eye = normalization.point(camera.position);
+        // Depths from the eye's plane; the mesh's center is the origin. A camera
+        // inside or past the mesh looks at a plane half a mesh ahead.
+        let depth = (-eye).dot(forward).max(0.5);
+        let (width, height) = (f64::from(view.width), f64::from(view.height));
+        let half_height = match camera.projection {
+            Projection::Perspective { view_angle } => depth * (view_angle.to_radians() / 2.0).tan(),
+            Projection::Orthographic { parallel_scale } => parallel_scale / normalization.scale,
+        };
+        let pixel = 2.0 * half_height / height;
+        let center = eye + depth * forward;
+        let anchor_x = right * pixel;
+        let anchor_y = -up * pixel;
+        let is_point = matches!(camera.projection, Projection::Perspective { .. });
+        Rays {
+            anchor: center - anchor_x * (width / 2.0 - 0.5) - anchor_y * (height / 2.0 - 0.5),
+            anchor_x,
+            anchor_y,
+            eye: if is_point { eye } else { forward },
+            is_point,
+            eye_depth: -depth,
+        }
+    }
+}

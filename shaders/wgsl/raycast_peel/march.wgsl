@@ -1,0 +1,364 @@
+// March: follow each ray from cell to cell to its end, in one dispatch.
+//
+// Bernardon et al. 2004 take one step a pass and peel the boundary layer by
+// layer; here a ray's loop is a loop, and where a ray meets the boundary again is
+// looked up in a hierarchy of boxes over the boundary faces.
+// In:   vertices, cells, boundary, nodes.
+// Out:  linear premultiplied RGBA over the background, one texel a ray.
+// With: raycast_peel/walk.wgsl, common/optics.wgsl and what it needs
+
+struct March {
+    anchor: vec4f,     // anchor of pixel (0, 0)'s center, relative to the mesh's center; w unused
+    anchor_x: vec4f,   // how the anchor moves from a pixel to its right neighbor
+    anchor_y: vec4f,   // … and to the one below
+    eye: vec4f,        // perspective: the eye, w = 1; orthographic: the direction, w = 0
+    background: vec4f, // premultiplied
+    eye_depth: f32,    // orthographic: t of the camera's plane, seen from the anchor
+    width: u32,
+    height: u32,
+    node_count: u32,
+    stop_depth: f32,   // optical depth beyond which a ray stops
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
+}
+
+// A box of the boundary hierarchy, in depth-first order.
+struct Node {
+    low: vec3f,
+    skip: u32,  // the node after this one's descendants
+    high: vec3f,
+    faces: u32, // first face << 3 | face count; 0 faces: an inner node
+}
+
+// A boundary face and the cell behind it.
+struct BoundaryFace {
+    a: u32,
+    b: u32,
+    c: u32,
+    cell: u32,
+}
+
+struct Counters {
+    cell_visits_low: atomic<u32>,
+    cell_visits_high: atomic<u32>,
+    paths: atomic<u32>,
+    unpaired_faces: atomic<u32>, // rays that cross the boundary an odd number of times
+}
+
+@group(0) @binding(0) var<uniform> march: March;
+@group(0) @binding(1) var image: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(2) var<storage, read_write> counters: Counters;
+
+@group(1) @binding(0) var<storage, read> positions: array<f32>; // x, y, z of each vertex, normalized
+@group(1) @binding(1) var<storage, read> scalars: array<f32>;   // of each vertex or cell
+@group(1) @binding(2) var<storage, read> cells: array<u32>;     // CELL_WORDS each
+@group(1) @binding(3) var<storage, read> boundary: array<BoundaryFace>;
+@group(1) @binding(4) var<storage, read> nodes: array<Node>;
+
+@group(2) @binding(0) var<storage, read> intervals: array<Interval>;
+
+fn interval(i: u32) -> Interval {
+    return intervals[i];
+}
+
+fn interval_count() -> u32 {
+    return arrayLength(&intervals);
+}
+
+// A cell is the exclusive or of its four vertex ids, then the neighbors across the
+// faces opposite its vertices by increasing id (Aman, Demirci, Güdükbay 2022).
+const CELL_WORDS: u32 = 5u;
+// A neighbor with this bit is a boundary face.
+const AT_BOUNDARY: u32 = 0x80000000u;
+
+// How many boundary faces one search of the hierarchy keeps. A ray with more
+// searches again from where it was.
+const KEPT: u32 = 6u;
+
+// The boundary faces that a ray crosses, by increasing (t, face).
+struct Crossings {
+    t: array<f32, 6>,
+    face: array<u32, 6>,
+    kept: u32,
+    total: u32, // beyond `after`, kept or not
+}
+
+// (t, face) orders crossings; faces break ties, so two faces at one place have an order.
+fn comes_before(t0: f32, face0: u32, t1: f32, face1: u32) -> bool {
+    return t0 < t1 || (t0 == t1 && face0 < face1);
+}
+
+// t where the ray crosses boundary face `face`. One function for search and
+// walk, so that both get the same bits.
+fn boundary_crossing(face: u32, shear: Shear) -> vec2f {
+    let ids = boundary[face];
+    let a = corner(ids.a, shear);
+    let b = corner(ids.b, shear);
+    let c = corner(ids.c, shear);
+    let turn = crossing(a.xy, b.xy, c.xy);
+    let t = crossing_point(a, b, c, f32(turn)).x * shear.depth;
+    return vec2f(t, f32(turn));
+}
+
+// Whether the ray may pass through the box: its sheared extent holds the origin.
+fn meets(node: Node, shear: Shear) -> bool {
+    let low = permute(node.low - shear.anchor, shear.axis);
+    let high = permute(node.high - shear.anchor, shear.axis);
+    let moved_a = shear.slope * low.z;
+    let moved_b = shear.slope * high.z;
+    let least = low.xy - max(moved_a, moved_b);
+    let greatest = high.xy - min(moved_a, moved_b);
+    return all(least <= vec2f(0.0)) && all(greatest >= vec2f(0.0));
+}
+
+// The first crossings after (t, face), in order.
+fn search(shear: Shear, after_t: f32, after_face: u32, first: bool) -> Crossings {
+    var found: Crossings;
+    var at = 0u;
+    while at < march.node_count {
+        let node = nodes[at];
+        if !meets(node, shear) {
+            at = node.skip;
+            continue;
+        }
+        at += 1u;
+        let begin = node.faces >> 3u;
+        let end = begin + (node.faces & 7u);
+        for (var face = begin; face < end; face += 1u) {
+            let crossed = boundary_crossing(face, shear);
+            if crossed.y == 0.0 || !(first || comes_before(after_t, after_face, crossed.x, face)) {
+                continue;
+            }
+            found.total += 1u;
+            insert(&found, crossed.x, face);
+        }
+    }
+    return found;
+}
+
+fn insert(found: ptr<function, Crossings>, t: f32, face: u32) {
+    var place = (*found).kept;
+    if place == KEPT {
+        if !comes_before(t, face, (*found).t[KEPT - 1u], (*found).face[KEPT - 1u]) {
+            return;
+        }
+        place = KEPT - 1u;
+    } else {
+        (*found).kept += 1u;
+    }
+    while place > 0u && comes_before(t, face, (*found).t[place - 1u], (*found).face[place - 1u]) {
+        (*found).t[place] = (*found).t[place - 1u];
+        (*found).face[place] = (*found).face[place - 1u];
+        place -= 1u;
+    }
+    (*found).t[place] = t;
+    (*found).face[place] = face;
+}
+
+// Where a path through the mesh ended.
+struct Exit {
+    face: u32,   // a boundary face
+    visits: u32, // cells passed
+}
+
+// Follows the ray from boundary face `entry` through the mesh to the boundary
+// face where it leaves, and adds every cell on the way to `ray`.
+//
+// Ends without a counter: each cell is crossed through exactly two faces
+// (walk.wgsl), so a path cannot come back to a cell.
+fn follow(entry: u32, turn: i32, shear: Shear, eye_t: f32, ray: ptr<function, Gathered>) -> Exit {
+    let ids = boundary[entry];
+    var a = corner(ids.a, shear);
+    var b = corner(ids.b, shear);
+    var c = corner(ids.c, shear);
+    var cell = ids.cell;
+    let turned = f32(turn);
+    var near = crossing_point(a, b, c, turned) * vec2f(shear.depth, 1.0); // t, scalar
+    var seen = near.x; // t never goes back, not even in an inverted cell
+    var visits = 0u;
+    var exit = NO_FACE;
+    loop {
+        let word = cell * CELL_WORDS;
+        let d = corner(cells[word] ^ a.id ^ b.id ^ c.id, shear);
+        // Of the three faces around d, the ray leaves through the one whose two
+        // edges at d pass it on the side of the entry face's edges.
+        var left = a.id;
+        var kept = vec2u(b.id, c.id);
+        if side(a.xy, d.xy) == -turn {
+            if side(b.xy, d.xy) == turn {
+                left = c.id;
+                kept = vec2u(a.id, b.id);
+                c = d;
+            } else {
+                a = d;
+            }
+        } else if side(c.xy, d.xy) == -turn {
+            left = b.id;
+            kept = vec2u(a.id, c.id);
+            b = d;
+        } else {
+            a = d;
+        }
+        let rank = u32(kept.x < left) + u32(kept.y < left) + u32(d.id < left);
+        let next = cells[word + 1u + rank];
+        let far = crossing_point(a, b, c, turned) * vec2f(shear.depth, 1.0);
+        add_cell(cell, near, far, seen, eye_t, ray);
+        visits += 1u;
+        seen = max(seen, far.x);
+        near = far;
+        if (next & AT_BOUNDARY) != 0u {
+            exit = next & ~AT_BOUNDARY;
+            break;
+        }
+        if (*ray).depth > march.stop_depth {
+            break;
+        }
+        cell = next;
+    }
+    return Exit(exit, visits);
+}
+
+// Instead of a face: the ray ended inside the mesh.
+const NO_FACE: u32 = 0xffffffffu;
+
+// Adds the piece of the ray between `near` and `far`, each (t, scalar), in front of
+// the eye. An inverted cell goes back; what was seen is not seen again.
+fn add_cell(cell: u32, near: vec2f, far: vec2f, seen: f32, eye_t: f32, ray: ptr<function, Gathered>) {
+    let begin = max(max(near.x, seen), eye_t);
+    let length = far.x - begin;
+    if length <= 0.0 {
+        return;
+    }
+    var front = near.y;
+    var back = far.y;
+    if SCALARS_PER_CELL {
+        front = scalars[cell];
+        back = front;
+    } else if begin > near.x {
+        front = mix(near.y, far.y, (begin - near.x) / (far.x - near.x));
+    }
+    if max(front, back) >= TRANSPARENT_SCALAR {
+        return;
+    }
+    let sum = integrate(front, back, length);
+    if MODEL == MAXIMUM_INTENSITY {
+        (*ray).light = max((*ray).light, sum.xyz);
+    } else {
+        (*ray).light += transmittance((*ray).depth) * sum.xyz;
+        (*ray).depth += sum.w;
+    }
+}
+
+// From here on a mapped scalar stands for one that is not a number.
+const TRANSPARENT_SCALAR: f32 = 1e34;
+
+// Whether each cell, and not each vertex, has a scalar.
+override SCALARS_PER_CELL: bool = false;
+
+// What a ray has gathered, front to back.
+struct Gathered {
+    light: vec3f,
+    depth: f32, // optical; stays 0 where the model does not absorb
+}
+
+// `tetrascope_core::optics::over`, model by model.
+fn over(ray: Gathered, behind: vec4f) -> vec4f {
+    let t = transmittance(ray.depth);
+    switch MODEL {
+        case EMISSION: {
+            return vec4f(ray.light + behind.xyz, behind.w);
+        }
+        case MAXIMUM_INTENSITY: {
+            return vec4f(max(ray.light, behind.xyz), behind.w);
+        }
+        default: {
+            return vec4f(ray.light + t * behind.xyz, opacity(ray.depth) + t * behind.w);
+        }
+    }
+}
+
+const TILE: u32 = 8u;
+
+var<workgroup> tile_visits: atomic<u32>;
+var<workgroup> tile_paths: atomic<u32>;
+var<workgroup> tile_unpaired: atomic<u32>;
+
+@compute @workgroup_size(TILE, TILE)
+fn cs_cast(
+    @builtin(global_invocation_id) pixel: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    var visits = 0u;
+    if pixel.x < march.width && pixel.y < march.height {
+        visits = cast_ray(pixel.xy);
+    }
+    // One addition a tile to what all tiles share.
+    atomicAdd(&tile_visits, visits);
+    workgroupBarrier();
+    if lane == 0u {
+        let sum = atomicLoad(&tile_visits);
+        let before = atomicAdd(&counters.cell_visits_low, sum);
+        if before + sum < before {
+            atomicAdd(&counters.cell_visits_high, 1u);
+        }
+        atomicAdd(&counters.paths, atomicLoad(&tile_paths));
+        atomicAdd(&counters.unpaired_faces, atomicLoad(&tile_unpaired));
+    }
+}
+
+// Casts the ray of one pixel, writes its texel and returns how many cells it passed.
+fn cast_ray(pixel: vec2u) -> u32 {
+    let anchor = (march.anchor + f32(pixel.x) * march.anchor_x + f32(pixel.y) * march.anchor_y).xyz;
+    var direction = march.eye.xyz;
+    var eye_t = march.eye_depth;
+    if march.eye.w == 1.0 {
+        let from_eye = anchor - march.eye.xyz;
+        let distance = length(from_eye);
+        direction = from_eye / distance;
+        eye_t = -distance;
+    }
+    let shear = shear_of(anchor, direction);
+    var ray = Gathered();
+    var visits = 0u;
+    var found = search(shear, 0.0, 0u, true);
+    if found.total % 2u == 1u {
+        atomicAdd(&tile_unpaired, 1u);
+    }
+    // The ends of the latest paths: the boundary is crossed there too, but from inside.
+    var exits = array<u32, 4>(NO_FACE, NO_FACE, NO_FACE, NO_FACE);
+    var paths = 0u;
+    var next = 0u;
+    while next < found.kept {
+        let t = found.t[next];
+        let face = found.face[next];
+        next += 1u;
+        let is_exit = any(vec4u(exits[0], exits[1], exits[2], exits[3]) == vec4u(face));
+        if !is_exit {
+            let before = ray;
+            let turn = i32(boundary_crossing(face, shear).y);
+            let path = follow(face, turn, shear, eye_t, &ray);
+            if path.face == NO_FACE {
+                visits += path.visits;
+                paths += 1u;
+                break;
+            }
+            let exit_t = boundary_crossing(path.face, shear).x;
+            if comes_before(exit_t, path.face, t, face) {
+                // The path was followed from its other end, which the four above forgot.
+                ray = before;
+            } else {
+                visits += path.visits;
+                exits[paths % 4u] = path.face;
+                paths += 1u;
+            }
+        }
+        if next == found.kept && found.total > found.kept {
+            found = search(shear, t, face, false);
+            next = 0u;
+        }
+    }
+    atomicAdd(&tile_paths, paths);
+    textureStore(image, pixel, over(ray, march.background));
+    return visits;
+}
