@@ -61,6 +61,8 @@ pub struct Options {
 const LIMITS: &[(&str, bool, bool, f64)] = &[
     ("projection", false, true, 2e-3),
     ("projection", true, false, 1e-4),
+    ("raycast-peel", false, false, 1e-5),
+    ("raycast-peel", true, false, 1e-5),
 ];
 
 /// Runs the comparison, prints the table and writes the report.

@@ -65,6 +65,12 @@ pub fn draw(
     Some(frame.unwrap_or_else(|error| panic!("{} {setting}: {error}", algorithm.name)))
 }
 
+/// By how much one entry of an algorithm's sweep may change a channel by design.
+pub fn admitted(algorithm: &Algorithm, setting: &str) -> f64 {
+    let settings = Settings::parse(algorithm, setting.split(',')).expect("the sweep is valid");
+    (algorithm.admits)(&settings)
+}
+
 /// The ground truth's picture.
 pub fn truth(volume: &Volume, appearance: &Appearance, view: &View) -> Frame {
     let reference = tetrascope::algorithm("reference").expect("compiled in");

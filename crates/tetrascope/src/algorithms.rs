@@ -32,6 +32,9 @@ pub struct Algorithm {
     /// The settings that a comparison tries, each as "key=value,key=value"; what is
     /// left out is at its default.
     pub sweep: &'static [&'static str],
+    /// By how much these settings may change a channel by design, for colors of at
+    /// most 1; 0 where nothing but rounding and the order of cells is at stake.
+    pub admits: fn(&Settings) -> f64,
     /// Whether it draws this scene; [`Error::Unsupported`] says why not. Needs no device.
     pub supports: fn(&Volume, &Appearance, &View) -> Result<(), Error>,
     /// Prepares it for a volume and an appearance, so that it can render.
@@ -107,6 +110,7 @@ pub(crate) mod testing {
             },
         ],
         sweep: &[""],
+        admits: |_| 0.0,
         supports: |_, _, _| Ok(()),
         build: |_, _, _, _| Err(Error::invalid("it draws nothing")),
     };

@@ -45,6 +45,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
         },
     ],
     sweep: &["order=centroid"],
+    admits: |_| 0.0,
     supports: |volume, _, _| match volume {
         Volume::Mesh(_) => Ok(()),
         _ => Err(Error::Unsupported {

@@ -30,7 +30,8 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             default: "morton",
         },
     ],
-    sweep: &["", "stop-opacity=0.95"],
+    sweep: &["", "stop-opacity=0.999", "stop-opacity=0.95"],
+    admits: |settings| 1.0 - settings.number("stop-opacity"),
     supports: |volume, _, _| match volume {
         Volume::Mesh(_) => Ok(()),
         _ => Err(Error::Unsupported {

@@ -16,6 +16,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     needs_gpu: false,
     settings: &[],
     sweep: &[""],
+    admits: |_| 0.0,
     supports: |volume, _, _| match volume {
         Volume::Mesh(_) => Ok(()),
         _ => Err(Error::Unsupported {

@@ -26,6 +26,8 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return output::usage(&error),
     };
+    #[cfg(all(unix, feature = "gpu"))]
+    quiet_mesa();
     let output = Output::new(&cli.global);
     log(cli.global.verbose, output.color());
     let done = match &cli.command {
@@ -44,6 +46,27 @@ fn main() -> ExitCode {
             output.error(&error, code);
             ExitCode::from(code)
         }
+    }
+}
+
+/// Starts this program anew where Mesa would complain on stderr that
+/// `XDG_RUNTIME_DIR` is unset, as it is without a login, with what keeps it quiet:
+/// a process cannot safely change its own environment.
+#[cfg(all(unix, feature = "gpu"))]
+fn quiet_mesa() {
+    use std::os::unix::process::CommandExt as _;
+    let (variable, value) = tetrascope::gpu::QUIET_MESA;
+    let is_set = |name: &str| std::env::var_os(name).is_some();
+    if is_set("XDG_RUNTIME_DIR") || is_set(variable) {
+        return;
+    }
+    if let Ok(program) = std::env::current_exe() {
+        let arguments = std::env::args_os().skip(1);
+        // Returns only if it fails, and then the complaint is all that is lost.
+        let _ = std::process::Command::new(program)
+            .args(arguments)
+            .env(variable, value)
+            .exec();
     }
 }
 
