@@ -8,7 +8,7 @@ use crate::maxima::Maxima;
 use crate::options::MAX_LEVEL;
 use crate::source::{BrickSource, Region};
 
-/// An axis is halved while its boxes keep this many cells.
+/// An axis is halved while its boxes keep about this many cells.
 const LEAST_CELLS: usize = 8;
 
 /// Cells along an axis of a brick, at most, unless the octree is not that deep.
@@ -62,7 +62,8 @@ impl Octree {
     pub(crate) fn build(source: &dyn BrickSource, reach: usize) -> Result<Octree, Error> {
         let cells = source.lattice().cells();
         let halvings = cells.map(|c| {
-            let deep = (c / LEAST_CELLS).max(1).ilog2();
+            // One more, as 256 samples have 255 cells.
+            let deep = ((c + 1) / LEAST_CELLS).max(1).ilog2();
             deep.min(MAX_LEVEL)
         });
         let leaf = [0, 1, 2].map(|a| cells[a].div_ceil(1 << halvings[a]));

@@ -343,7 +343,8 @@ impl Slicing {
 
 /// What a polygon costs beside its fragments, in fragments.
 ///
-/// Six vertices, four triangles, mostly outside of the box or thin. Measured on llvmpipe.
+/// Six vertices and four triangles, many without area. On llvmpipe a polygon took about 11 µs
+/// and a fragment 0.13 to 0.2 µs (256³ samples, 4096 boxes against one, 192×192 pixels).
 const FRAGMENTS_PER_POLYGON: f64 = 64.0;
 
 fn clear(

@@ -14,6 +14,8 @@ mod projection;
 mod raycast_peel;
 #[cfg(feature = "reference")]
 mod reference;
+#[cfg(feature = "slicing")]
+mod slicing;
 
 /// An algorithm: one paper, one crate.
 pub struct Algorithm {
@@ -52,6 +54,8 @@ const ALL: &[Algorithm] = &[
     projection::ALGORITHM,
     #[cfg(feature = "raycast-peel")]
     raycast_peel::ALGORITHM,
+    #[cfg(feature = "slicing")]
+    slicing::ALGORITHM,
 ];
 
 /// The value that setting `name` chooses among an option's `all`.

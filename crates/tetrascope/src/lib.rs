@@ -30,8 +30,8 @@
 //! ```
 //!
 //! # Features
-//! One a renderer: `reference` (CPU), `projection` and `raycast-peel` (GPU); `cli` is the
-//! program. Without them this crate reads and describes volumes and draws none.
+//! One a renderer: `reference` (CPU), `projection`, `raycast-peel` and `slicing` (GPU);
+//! `cli` is the program. Without them this crate reads and describes volumes and draws none.
 
 pub use tetrascope_core as core;
 pub use tetrascope_datasets as datasets;
@@ -44,6 +44,8 @@ pub use tetrascope_projection as projection;
 pub use tetrascope_raycast_peel as raycast_peel;
 #[cfg(feature = "reference")]
 pub use tetrascope_reference as reference;
+#[cfg(feature = "slicing")]
+pub use tetrascope_slicing as slicing;
 
 pub mod algorithms;
 mod context;

@@ -14,7 +14,9 @@ fn the_algorithms_are_listed() {
         .iter()
         .map(|algorithm| algorithm["name"].as_str().expect("a name"))
         .collect();
-    let registered = tetrascope::algorithms().iter().map(|algorithm| algorithm.name);
+    let registered = tetrascope::algorithms()
+        .iter()
+        .map(|algorithm| algorithm.name);
     assert_eq!(names, registered.collect::<Vec<_>>());
     for setting in list[1]["settings"].as_array().expect("settings") {
         assert!(setting["default"].is_string(), "{setting}");

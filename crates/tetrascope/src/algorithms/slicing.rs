@@ -1,0 +1,158 @@
+//! Slicing's entry.
+
+use tetrascope_core::{Error, Volume};
+use tetrascope_slicing::{
+    Filtering, Integration, Level, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, NAME, PlaneTest,
+    Shading, SlabEnds, Slicing, SlicingOptions, StepLength, Storage,
+};
+
+use super::{Algorithm, choice};
+use crate::{Setting, Settings, Values};
+
+pub(super) const ALGORITHM: Algorithm = Algorithm {
+    name: NAME,
+    title: "slices of regular grids, cut in the vertex stage",
+    paper: "C. Rezk Salama, A. Kolb, \"A Vertex Program for Efficient Box-Plane Intersection\", \
+            Vision, Modeling and Visualization, 2005",
+    draws: "any regular grid in every optical model, converging at second order in the distance \
+            of slices; larger than the device's memory, too",
+    needs_gpu: true,
+    settings: &[
+        Setting {
+            name: "slices",
+            about: "slices on the shortest way between two samples, at least",
+            values: Values::Number {
+                min: MIN_SLICES_PER_VOXEL,
+                max: MAX_SLICES_PER_VOXEL,
+            },
+            default: "2",
+        },
+        Setting {
+            name: "integration",
+            about: "what is computed for a slab: its middle's color, or the integral between its ends",
+            values: Values::Choice(&["post-classified", "slabs"]),
+            default: "slabs",
+        },
+        Setting {
+            name: "filtering",
+            about: "interpolation in f32, or by the texture unit with 8 bits or more",
+            values: Values::Choice(&["exact", "hardware"]),
+            default: "exact",
+        },
+        Setting {
+            name: "step-length",
+            about: "a slab's length along the ray, or as planes are apart (published)",
+            values: Values::Choice(&["per-ray", "planar"]),
+            default: "per-ray",
+        },
+        Setting {
+            name: "slab-ends",
+            about: "slabs cut where the volume ends, or whole (published)",
+            values: Values::Choice(&["clipped", "whole"]),
+            default: "clipped",
+        },
+        Setting {
+            name: "plane-test",
+            about: "which edges a plane cuts: as published, or by the sides of their ends",
+            values: Values::Choice(&["published", "sides"]),
+            default: "sides",
+        },
+        Setting {
+            name: "level",
+            about: "boxes along an axis that are skipped if empty, as a power of 2",
+            values: Values::Choice(&["auto", "0", "1", "2", "3", "4", "5", "6", "7"]),
+            default: "auto",
+        },
+        Setting {
+            name: "shading",
+            about: "light from the eye, by gradients on the fly",
+            values: Values::Choice(&["none", "phong"]),
+            default: "none",
+        },
+        Setting {
+            name: "storage",
+            about: "one texture if it fits, or bricks with borders",
+            values: Values::Choice(&["auto", "bricks"]),
+            default: "auto",
+        },
+        Setting {
+            name: "budget",
+            about: "the most MiB of samples on the device; the rest is streamed",
+            values: Values::Integer {
+                min: 1,
+                max: 1 << 20,
+            },
+            default: "1024",
+        },
+    ],
+    sweep: &["slices=1", "slices=2", "slices=4", "slices=8"],
+    // What lies between two slices is not seen, so there is no bound.
+    admits: |_| 1.0,
+    supports: |volume, _, _| match volume {
+        Volume::Grid(_) => Ok(()),
+        _ => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "meshes".into(),
+            reason: "it slices regular grids".into(),
+        }),
+    },
+    build: |context, volume, appearance, settings| {
+        let options = options(settings);
+        let renderer = Slicing::new(context.gpu()?, volume, appearance, &options)?;
+        Ok(Box::new(renderer))
+    },
+};
+
+fn options(settings: &Settings) -> SlicingOptions {
+    SlicingOptions {
+        slices_per_voxel: settings.number("slices"),
+        integration: choice(settings, "integration", &Integration::ALL),
+        filtering: choice(settings, "filtering", &Filtering::ALL),
+        step_length: choice(settings, "step-length", &StepLength::ALL),
+        slab_ends: choice(settings, "slab-ends", &SlabEnds::ALL),
+        plane_test: choice(settings, "plane-test", &PlaneTest::ALL),
+        level: match settings.get("level") {
+            "auto" => Level::Auto,
+            level => Level::Fixed(level.parse().expect("the entry lists numbers")),
+        },
+        shading: match settings.get("shading") {
+            "phong" => Shading::Phong(Default::default()),
+            _ => Shading::None,
+        },
+        storage: choice(settings, "storage", &Storage::ALL),
+        memory_budget: (settings.integer("budget") as u64) << 20,
+        ..SlicingOptions::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_settings_are_those_of_the_crate_with_its_defaults() {
+        fn words<T>(all: &[(&'static str, T)]) -> Vec<&'static str> {
+            all.iter().map(|(word, _)| *word).collect()
+        }
+        let offered = |name: &str| match ALGORITHM.settings.iter().find(|s| s.name == name) {
+            Some(Setting {
+                values: Values::Choice(words),
+                ..
+            }) => words.to_vec(),
+            other => panic!("{name}: {other:?}"),
+        };
+        assert_eq!(offered("integration"), words(&Integration::ALL));
+        assert_eq!(offered("filtering"), words(&Filtering::ALL));
+        assert_eq!(offered("step-length"), words(&StepLength::ALL));
+        assert_eq!(offered("slab-ends"), words(&SlabEnds::ALL));
+        assert_eq!(offered("plane-test"), words(&PlaneTest::ALL));
+        assert_eq!(offered("storage"), words(&Storage::ALL));
+        let defaults = Settings::defaults(&ALGORITHM);
+        assert_eq!(options(&defaults), SlicingOptions::default());
+        for level in offered("level") {
+            let pair = format!("level={level}");
+            let settings = Settings::parse(&ALGORITHM, [pair.as_str()]).expect("listed");
+            options(&settings).validate().expect("every level is valid");
+        }
+    }
+}
