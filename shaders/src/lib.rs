@@ -67,10 +67,33 @@ pub mod projection {
     /// Pass 2: draw the cells and blend what each adds.
     pub const CELL: &str = program!(
         "projection/frame.wgsl",
+        "common/sides.wgsl",
+        "projection/footprint.wgsl",
+        "projection/chord.wgsl",
         "common/optics_model.wgsl",
         "common/transfer_function.wgsl",
         "common/optics.wgsl",
+        "projection/transfer.wgsl",
         "projection/cell.wgsl",
+    );
+    /// Pass 2, sorted in each pixel: draw the cells and list what each adds.
+    pub const FILL: &str = program!(
+        "projection/frame.wgsl",
+        "common/sides.wgsl",
+        "projection/footprint.wgsl",
+        "projection/chord.wgsl",
+        "common/optics_model.wgsl",
+        "common/transfer_function.wgsl",
+        "common/optics.wgsl",
+        "projection/transfer.wgsl",
+        "projection/fragments.wgsl",
+        "projection/fill.wgsl",
+    );
+    /// Pass 3, sorted in each pixel: sort the lists and add them up.
+    pub const COMPOSITE: &str = program!(
+        "common/optics_model.wgsl",
+        "projection/fragments.wgsl",
+        "projection/composite.wgsl",
     );
 }
 
@@ -96,19 +119,22 @@ pub mod raycast_peel {
         "common/optics_model.wgsl",
         "common/transfer_function.wgsl",
         "common/optics.wgsl",
+        "common/sides.wgsl",
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",
     );
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 12] = [
+pub const PROGRAMS: [(&str, &str); 14] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
     ("common::PROBE", common::PROBE),
     ("projection::ORDER", projection::ORDER),
     ("projection::CELL", projection::CELL),
+    ("projection::FILL", projection::FILL),
+    ("projection::COMPOSITE", projection::COMPOSITE),
     ("gather::RESOLVE", gather::RESOLVE),
     ("slicing::SLICE_FLOAT", slicing::SLICE_FLOAT),
     ("slicing::SLICE_UNSIGNED", slicing::SLICE_UNSIGNED),

@@ -44,6 +44,11 @@ pub struct FrameStats {
     pub vertices: Option<u64>,
     /// Bytes of the volume sent to the device for this frame.
     pub bytes_uploaded: u64,
+    /// Faces across which the order of cells was given up because cells hide each
+    /// other in a cycle.
+    pub visibility_cycles: Option<u64>,
+    /// Fragments that were kept to be sorted in their pixels.
+    pub fragments_sorted: Option<u64>,
     /// Bytes of the volume that stay on the device (or in memory) between frames.
     pub bytes_resident: u64,
     /// The image's worst error bound, absolute, if the renderer has one.

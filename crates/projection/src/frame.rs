@@ -72,7 +72,7 @@ pub(crate) fn frame(
         anchor_depth: anchor_depth as f32,
         w_per_depth: f32::from(perspective),
         w_constant: f32::from(!perspective),
-        // Orthographic: anything between 0 and w, as nothing is to be clipped.
+        // Orthographic: anything below w, as nothing is to be clipped.
         near: if perspective { NEAR } else { 0.5 },
         far_key: farthest as f32,
         key_scale: (KEYS / (farthest - nearest)) as f32,

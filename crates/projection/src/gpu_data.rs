@@ -23,16 +23,26 @@ pub(crate) struct Frame {
     pub(crate) scalars_per_cell: u32,
 }
 
+/// The mirror of `Tile` in `fragments.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(crate) struct Tile {
+    pub(crate) origin: [u32; 2],
+    pub(crate) width: u32,
+    pub(crate) capacity: u32,
+}
+
 #[cfg(test)]
 mod tests {
     use tetrascope_shaders::assert_layout;
-    use tetrascope_shaders::projection::{CELL, ORDER};
+    use tetrascope_shaders::projection::{CELL, COMPOSITE, FILL, ORDER};
 
     use super::*;
+    use crate::passes::lists::FRAGMENT_BYTES;
 
     #[test]
     fn structs_have_the_layout_of_their_twins() {
-        for program in [ORDER, CELL] {
+        for program in [ORDER, CELL, FILL] {
             assert_layout!(
                 program,
                 Frame {
@@ -54,5 +64,37 @@ mod tests {
                 }
             );
         }
+        assert_layout!(
+            COMPOSITE,
+            Tile {
+                origin,
+                width,
+                capacity
+            }
+        );
+    }
+
+    #[test]
+    fn a_fragment_has_the_size_that_lists_count_on() {
+        struct Fragment {
+            red: f32,
+            green: f32,
+            blue: f32,
+            optical_depth: f32,
+            depth: f32,
+            next: u32,
+        }
+        assert_layout!(
+            COMPOSITE,
+            Fragment {
+                red,
+                green,
+                blue,
+                optical_depth,
+                depth,
+                next
+            }
+        );
+        assert_eq!(size_of::<Fragment>() as u64, FRAGMENT_BYTES);
     }
 }

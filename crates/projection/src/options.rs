@@ -13,6 +13,9 @@ pub struct ProjectionOptions {
     pub integration: Integration,
     /// In which order cells are drawn where the optical model does not commute.
     pub order: Order,
+    /// Bytes that [`Order::PerPixel`] may take for the fragments of one tile of the
+    /// image, 24 each. With less, there are more tiles, and each draws all cells.
+    pub fragment_bytes: u64,
     /// The format of the textures that [`Projection::encode`](crate::Projection::encode)
     /// draws into; it gets linear premultiplied RGBA.
     pub target_format: TextureFormat,
@@ -25,6 +28,7 @@ impl Default for ProjectionOptions {
             cell_layout: CellLayout::SharedVertices,
             integration: Integration::Exact,
             order: Order::Centroid,
+            fragment_bytes: 1 << 28,
             target_format: TextureFormat::Rgba32Float,
         }
     }
@@ -64,6 +68,12 @@ pub enum Order {
     /// By the distance of their centroids, farthest first: not always the order of
     /// visibility.
     Centroid,
+    /// By which cell is in front of which across their face, on the CPU (Williams
+    /// 1992): exact in convex meshes without cycles. Parts of other meshes are ordered
+    /// by their distance, and cycles are broken and counted.
+    Mpvo,
+    /// Fragments are sorted in each pixel: exact in any mesh.
+    PerPixel,
 }
 
 impl ExitSearch {
@@ -84,6 +94,10 @@ impl Integration {
 
 impl Order {
     /// Every choice, with its name.
-    pub const ALL: [(&'static str, Order); 2] =
-        [("unsorted", Order::Unsorted), ("centroid", Order::Centroid)];
+    pub const ALL: [(&'static str, Order); 4] = [
+        ("unsorted", Order::Unsorted),
+        ("centroid", Order::Centroid),
+        ("mpvo", Order::Mpvo),
+        ("per-pixel", Order::PerPixel),
+    ];
 }

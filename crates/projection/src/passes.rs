@@ -1,4 +1,5 @@
 //! What is recorded, pass by pass.
 
 pub(crate) mod cell;
+pub(crate) mod lists;
 pub(crate) mod order;

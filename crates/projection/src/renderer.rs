@@ -7,14 +7,17 @@ use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
 };
 use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
-use tetrascope_gpu::memory::Source;
+use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, ScalarMap, Timer, read_back, timer};
 
 use crate::frame::frame;
+use crate::mpvo::Mpvo;
 use crate::options::{Order, ProjectionOptions};
-use crate::passes::cell::{CellData, CellPass};
+use crate::passes::cell::{CellData, CellPass, Uploaded};
+use crate::passes::lists::{self, ListPass};
 use crate::passes::order::{OrderData, OrderPass};
+use crate::tiles::{boxes, tiles};
 use crate::volume::{Field, Geometry, Look, mesh_of};
 
 /// Pipelines and the uploaded mesh.
@@ -23,8 +26,7 @@ pub struct Projection {
     gpu: Gpu,
     options: ProjectionOptions,
     cell_pass: CellPass,
-    /// Compiled when a model first needs it.
-    order_pass: Option<OrderPass>,
+    sorter: Sorter,
     scene: Scene,
     /// The texture of the last frame, for the next of the same size.
     gathered: Mutex<Option<wgpu::Texture>>,
@@ -37,10 +39,28 @@ struct Scene {
     geometry: Geometry,
     field: Field,
     look: Look,
-    order: Option<OrderData>,
+    sorting: Sorting,
     cell: CellData,
     /// Into the caller's format, and into the one that `render` reads back.
     resolve: [ResolvePass; 2],
+}
+
+/// What sorts, compiled when a model first needs it.
+#[derive(Debug)]
+enum Sorter {
+    None,
+    Centroid(OrderPass),
+    Mpvo,
+    PerPixel(ListPass),
+}
+
+/// What it sorts with in one scene.
+#[derive(Debug)]
+enum Sorting {
+    None,
+    Centroid(OrderData),
+    Mpvo(Mpvo),
+    PerPixel,
 }
 
 /// Where a frame is drawn, an index of [`Scene::resolve`].
@@ -66,8 +86,8 @@ impl Projection {
     ) -> Result<Projection, Error> {
         let mesh = mesh_of(volume)?;
         let cell_pass = CellPass::new(gpu)?;
-        let sorted = sorts(options, appearance.optical_model);
-        let order_pass = sorted.then(|| OrderPass::new(gpu)).transpose()?;
+        let mut sorter = Sorter::None;
+        sorter.prepare(gpu, options, &cell_pass, appearance.optical_model)?;
         let geometry = Geometry::upload(gpu, mesh)?;
         let map = ScalarMap::of(&appearance.transfer_function);
         let field = Field::upload(gpu, mesh, map)?;
@@ -75,14 +95,14 @@ impl Projection {
             gpu,
             options,
             cell_pass: &cell_pass,
-            order_pass: order_pass.as_ref(),
+            sorter: &sorter,
         };
         let scene = parts.scene(appearance, geometry, field)?;
         Ok(Projection {
             gpu: gpu.clone(),
             options: options.clone(),
             cell_pass,
-            order_pass,
+            sorter,
             scene,
             gathered: Mutex::new(None),
         })
@@ -100,7 +120,8 @@ impl Projection {
         view: &View,
         target: &wgpu::TextureView,
     ) -> Result<FrameStats, Error> {
-        self.record(encoder, view, target, To::Caller, None)
+        let (stats, _) = self.record(encoder, view, target, To::Caller, None)?;
+        Ok(stats)
     }
 
     fn record(
@@ -110,40 +131,81 @@ impl Projection {
         target: &wgpu::TextureView,
         to: To,
         timer: Option<&Timer>,
-    ) -> Result<FrameStats, Error> {
+    ) -> Result<(FrameStats, Option<Counts>), Error> {
         view.validate()?;
         let (gpu, scene) = (&self.gpu, &self.scene);
         let (normalization, field) = (&scene.geometry.normalization, &scene.field);
-        let count = scene.look.drawn_count;
-        let uniform = frame(view, normalization, count, field.per_cell);
+        let uniform = frame(
+            view,
+            normalization,
+            scene.look.drawn_count(),
+            field.per_cell,
+        );
         // New buffers each time: frames may be recorded before others are submitted.
         let uniform = gpu.upload("projection::frame", &[uniform], BufferUsages::UNIFORM)?;
         let background = [Resolve::of(view)];
-        let background = gpu.upload("projection::resolve", &background, BufferUsages::UNIFORM)?;
+        let background = gpu.upload("gather::resolve", &background, BufferUsages::UNIFORM)?;
         let gathered = self.gathered((view.width, view.height))?;
         let gathered = gathered.create_view(&Default::default());
         let mut stats = self.stats();
-        gpu.checked("projection::encode", 0, || {
-            let mut first = timer;
-            if let (Some(pass), Some(data)) = (&self.order_pass, &scene.order) {
-                let times = first.take().map(Timer::first_compute_pass);
-                pass.record(gpu, encoder, &uniform, data, times);
+        let mut counts = None;
+        match (&scene.sorting, &self.sorter) {
+            (Sorting::PerPixel, Sorter::PerPixel(pass)) => {
+                let boxes = boxes(&scene.geometry.mesh, &scene.look.cells, view, normalization);
+                let capacity = ListPass::capacity(gpu, self.options.fragment_bytes);
+                let tiles = tiles(&boxes, (view.width, view.height), capacity)?;
+                let cells = (&self.cell_pass, &scene.cell);
+                let times = timer.map(Timer::first_render_pass);
+                let into = (&gathered, times);
+                let buffer = pass.record(gpu, encoder, &uniform, cells, &tiles, into)?;
+                stats.passes += 2 * tiles.len() as u64;
+                counts = Some(Counts {
+                    buffer,
+                    most: tiles.iter().map(|t| t.most).collect(),
+                });
+            }
+            (sorting, sorter) => {
+                let mut first = timer;
+                let mut cell = scene.cell.clone();
+                if let (Sorting::Centroid(data), Sorter::Centroid(pass)) = (sorting, sorter) {
+                    let times = first.take().map(Timer::first_compute_pass);
+                    gpu.checked("projection::order", 0, || {
+                        pass.record(gpu, encoder, &uniform, data, times);
+                    })?;
+                    stats.passes += 1;
+                } else if let Sorting::Mpvo(mpvo) = sorting {
+                    let sorted = mpvo.sorted(view, normalization);
+                    stats.visibility_cycles = Some(sorted.cycles);
+                    stats.bytes_uploaded = 4 * sorted.cells.len() as u64;
+                    let label = "projection::mpvo";
+                    let cells = gpu.upload(label, &sorted.cells, BufferUsages::STORAGE)?;
+                    let uploaded = Uploaded {
+                        geometry: &scene.geometry,
+                        field,
+                        look: &scene.look,
+                    };
+                    cell.volume_group = self.cell_pass.volume_group(gpu, uploaded, &cells)?;
+                }
+                let times = first.take().map(Timer::first_render_pass);
+                gpu.checked("projection::cell", 0, || {
+                    let pass = &self.cell_pass;
+                    pass.record(gpu, encoder, &uniform, &cell, &gathered, times);
+                })?;
                 stats.passes += 1;
             }
-            let times = first.take().map(Timer::first_render_pass);
-            let cell = &self.cell_pass;
-            cell.record(gpu, encoder, &uniform, &scene.cell, &gathered, times);
+        }
+        gpu.checked("projection::encode", 0, || {
             let times = timer.map(Timer::last_render_pass);
             let resolve = &scene.resolve[to as usize];
             resolve.record(gpu, encoder, &background, &gathered, target, times);
-            stats.passes += 2;
         })?;
-        Ok(stats)
+        stats.passes += 1;
+        Ok((stats, counts))
     }
 
     /// The texture in which cells add up, kept for the next frame.
     fn gathered(&self, size: (u32, u32)) -> Result<wgpu::Texture, Error> {
-        let format = gathered_format(&self.gpu, self.scene.appearance.optical_model);
+        let format = self.format();
         let mut kept = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
         let fits = |t: &&wgpu::Texture| (t.width(), t.height()) == size && t.format() == format;
         if let Some(texture) = kept.as_ref().filter(fits) {
@@ -153,6 +215,13 @@ impl Projection {
         let texture = self.gpu.texture("of sums", size, format, usage)?;
         *kept = Some(texture.clone());
         Ok(texture)
+    }
+
+    fn format(&self) -> TextureFormat {
+        match self.scene.sorting {
+            Sorting::PerPixel => lists::FORMAT,
+            _ => gathered_format(&self.gpu, self.scene.appearance.optical_model),
+        }
     }
 
     fn stats(&self) -> FrameStats {
@@ -165,15 +234,21 @@ impl Projection {
             &look.intervals,
             &look.drawn,
         ];
-        let order_bytes = scene.order.as_ref().map_or(0, OrderData::bytes);
-        let drawn = u64::from(look.drawn_count);
+        let (order_bytes, sorted) = match &scene.sorting {
+            Sorting::Centroid(data) => (data.bytes(), true),
+            Sorting::Mpvo(_) => (0, true),
+            Sorting::None | Sorting::PerPixel => (0, false),
+        };
+        let drawn = u64::from(look.drawn_count());
         let mut stats = FrameStats::default();
         stats.cells_drawn = Some(drawn);
         stats.cells_skipped = Some(geometry.mesh.cell_count() as u64 - drawn);
-        stats.cells_sorted = Some(if scene.order.is_some() { drawn } else { 0 });
+        stats.cells_sorted = Some(if sorted { drawn } else { 0 });
         stats.bytes_resident = order_bytes + buffers.iter().map(|b| b.size()).sum::<u64>();
-        let format = gathered_format(&self.gpu, scene.appearance.optical_model);
-        if matches!(format, TextureFormat::R16Float | TextureFormat::Rgba16Float) {
+        if matches!(
+            self.format(),
+            TextureFormat::R16Float | TextureFormat::Rgba16Float
+        ) {
             let note = "this device does not blend f32, so cells add up in f16";
             stats.notes.push(note.into());
         }
@@ -185,7 +260,7 @@ impl Projection {
             gpu: &self.gpu,
             options: &self.options,
             cell_pass: &self.cell_pass,
-            order_pass: self.order_pass.as_ref(),
+            sorter: &self.sorter,
         }
     }
 
@@ -215,9 +290,9 @@ impl VolumeRenderer for Projection {
     /// Uploads the transfer function and which cells it leaves to draw; scalars only
     /// if its range moved so far that f32 would run out of digits.
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        if self.order_pass.is_none() && sorts(&self.options, appearance.optical_model) {
-            self.order_pass = Some(OrderPass::new(&self.gpu)?);
-        }
+        let model = appearance.optical_model;
+        self.sorter
+            .prepare(&self.gpu, &self.options, &self.cell_pass, model)?;
         let tf = &appearance.transfer_function;
         let geometry = self.scene.geometry.clone();
         let field = if self.scene.field.map.suits(tf) {
@@ -239,7 +314,7 @@ impl VolumeRenderer for Projection {
         let timer = Timer::new(gpu)?;
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let target_view = target.create_view(&Default::default());
-        let mut stats = self.record(
+        let (mut stats, counts) = self.record(
             &mut encoder,
             view,
             &target_view,
@@ -247,8 +322,12 @@ impl VolumeRenderer for Projection {
             timer.as_ref(),
         )?;
         let pixels = read_back(gpu, &mut encoder, Source::Texture(&target))?;
+        let counts = counts.map(|c| c.read_back(gpu, &mut encoder)).transpose()?;
         let times = timer.map(|t| t.resolve(gpu, &mut encoder)).transpose()?;
         gpu.finish(encoder)?;
+        if let Some((counts, most)) = counts {
+            stats.fragments_sorted = Some(total(counts.read()?, &most)?);
+        }
         let pixels = pixels.read()?;
         if let Some(times) = times {
             stats.gpu_seconds = timer::seconds(gpu, times)?;
@@ -268,7 +347,7 @@ struct Parts<'a> {
     gpu: &'a Gpu,
     options: &'a ProjectionOptions,
     cell_pass: &'a CellPass,
-    order_pass: Option<&'a OrderPass>,
+    sorter: &'a Sorter,
 }
 
 impl Parts<'_> {
@@ -281,16 +360,32 @@ impl Parts<'_> {
         let gpu = self.gpu;
         let model = appearance.optical_model;
         let look = Look::upload(gpu, &geometry, &field.map, appearance)?;
-        let order = match self.order_pass {
-            Some(pass) if sorts(self.options, model) => {
-                Some(pass.data(gpu, &geometry, &field.scalars, &look)?)
+        let sorting = match self.sorter {
+            _ if model.commutes() => Sorting::None,
+            Sorter::None => Sorting::None,
+            Sorter::Centroid(pass) => {
+                Sorting::Centroid(pass.data(gpu, &geometry, &field.scalars, &look)?)
             }
+            Sorter::Mpvo => {
+                let normalization = &geometry.normalization;
+                Sorting::Mpvo(Mpvo::new(&geometry.mesh, normalization, &look.cells))
+            }
+            Sorter::PerPixel(_) => Sorting::PerPixel,
+        };
+        let drawn = match &sorting {
+            Sorting::Centroid(data) => data.sorted(),
+            _ => &look.drawn,
+        };
+        let lists = match (&sorting, self.sorter) {
+            (Sorting::PerPixel, Sorter::PerPixel(pass)) => Some(pass),
             _ => None,
         };
-        let drawn = order.as_ref().map_or(&look.drawn, OrderData::sorted);
-        let cell = self
-            .cell_pass
-            .data(gpu, &geometry, &field, &look, drawn, model)?;
+        let uploaded = Uploaded {
+            geometry: &geometry,
+            field: &field,
+            look: &look,
+        };
+        let cell = self.cell_pass.data(gpu, uploaded, drawn, model, lists)?;
         let format = self.options.target_format;
         let resolve = ResolvePass::new(gpu, model, format)?;
         let resolve_read_back = if format == READ_BACK_FORMAT {
@@ -303,14 +398,63 @@ impl Parts<'_> {
             geometry,
             field,
             look,
-            order,
+            sorting,
             cell,
             resolve: [resolve, resolve_read_back],
         })
     }
 }
 
-/// Whether cells are sorted for this model.
-fn sorts(options: &ProjectionOptions, model: OpticalModel) -> bool {
-    options.order == Order::Centroid && !model.commutes()
+impl Sorter {
+    /// Compiles what `model` needs and is not there yet.
+    fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        options: &ProjectionOptions,
+        cell_pass: &CellPass,
+        model: OpticalModel,
+    ) -> Result<(), Error> {
+        if matches!(self, Sorter::None) && !model.commutes() {
+            *self = match options.order {
+                Order::Unsorted => Sorter::None,
+                Order::Centroid => Sorter::Centroid(OrderPass::new(gpu)?),
+                Order::Mpvo => Sorter::Mpvo,
+                Order::PerPixel => Sorter::PerPixel(ListPass::new(gpu, cell_pass)?),
+            };
+        }
+        Ok(())
+    }
+}
+
+/// How many fragments each tile got, once the frame has run.
+struct Counts {
+    buffer: wgpu::Buffer,
+    /// How many each had room for.
+    most: Vec<u64>,
+}
+
+impl Counts {
+    fn read_back(
+        self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+    ) -> Result<(ReadBack, Vec<u64>), Error> {
+        let source = Source::Buffer(&self.buffer, self.buffer.size());
+        Ok((read_back(gpu, encoder, source)?, self.most))
+    }
+}
+
+/// The number of all fragments; more than expected in a tile would have been lost.
+fn total(counts: Vec<u32>, most: &[u64]) -> Result<u64, Error> {
+    for (count, most) in counts.iter().zip(most) {
+        if u64::from(*count) > *most {
+            return Err(Error::TooLarge {
+                what: "the list of fragments".into(),
+                needed: u64::from(*count),
+                limit: *most,
+                unit: "fragments",
+            });
+        }
+    }
+    Ok(counts.into_iter().map(u64::from).sum())
 }

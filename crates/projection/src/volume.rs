@@ -1,5 +1,7 @@
 //! The mesh on the device, and which of its cells can show.
 
+use std::sync::Arc;
+
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, OpticalModel, TetMesh, Volume};
 use tetrascope_gpu::transfer_function::{Interval, intervals};
@@ -31,7 +33,8 @@ pub(crate) struct Look {
     pub(crate) intervals: wgpu::Buffer,
     /// Indices of the cells that are drawn.
     pub(crate) drawn: wgpu::Buffer,
-    pub(crate) drawn_count: u32,
+    /// The same, by index.
+    pub(crate) cells: Arc<[u32]>,
     /// A bound of the optical depth of any segment.
     pub(crate) deepest: f32,
 }
@@ -94,6 +97,11 @@ impl Field {
 }
 
 impl Look {
+    /// How many cells are drawn.
+    pub(crate) fn drawn_count(&self) -> u32 {
+        self.cells.len() as u32
+    }
+
     pub(crate) fn upload(
         gpu: &Gpu,
         geometry: &Geometry,
@@ -105,8 +113,8 @@ impl Look {
         let intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization);
         Ok(Look {
             intervals: gpu.upload("the transfer function", &intervals, STORAGE)?,
-            drawn_count: drawn.len() as u32,
             drawn: gpu.upload("the list of drawn cells", &drawn, STORAGE)?,
+            cells: drawn.into(),
             // Rounded up: f32 may be under the bound by 2⁻²⁴ of it, and the shader's
             // own rounding over it by as little.
             deepest: (deepest * (1.0 + 1e-5)).min(1e30) as f32,
@@ -149,7 +157,7 @@ fn visible_cells(mesh: &TetMesh, appearance: &Appearance) -> (Vec<u32>, f64) {
 }
 
 /// Whether four points lie in a plane, whatever their scale.
-fn flat(points: [tetrascope_core::glam::DVec3; 4]) -> bool {
+pub(crate) fn flat(points: [tetrascope_core::glam::DVec3; 4]) -> bool {
     let edges = [1, 2, 3].map(|i| points[i] - points[0]);
     let scale = edges
         .iter()

@@ -13,14 +13,14 @@ struct Frame {
     // (x, y) · extent + (x, y) · slope · z at depth z.
     extent: vec2f,
     slope: vec2f,
-    // Clip space is (x, y) · clip_per_unit, near, and w_per_depth · (z + anchor_depth)
-    // + w_constant: reversed, without a far plane.
+    // The image is (x, y) · clip_per_unit / w, each in [−1, 1], with
+    // w = w_per_depth · (z + anchor_depth) + w_constant.
     clip_per_unit: vec2f,
     size: vec2f, // of the image, pixels
     anchor_depth: f32, // from the eye to the anchor along the axis
     w_per_depth: f32, // 1 in perspective, else 0
     w_constant: f32,
-    near: f32,
+    near: f32, // the least w that is drawn
     // The sort key is (far_key − distance key) · key_scale; see order.wgsl.
     far_key: f32,
     key_scale: f32,

@@ -5,7 +5,7 @@
 // looked up in a hierarchy of boxes over the boundary faces.
 // In:   vertices, cells, boundary, nodes.
 // Out:  linear premultiplied RGBA over the background, one texel a ray.
-// With: raycast_peel/walk.wgsl, common/optics.wgsl and what it needs
+// With: raycast_peel/walk.wgsl, common/sides.wgsl, common/optics.wgsl and what it needs
 
 struct March {
     anchor: vec4f,     // anchor of pixel (0, 0)'s center, relative to the mesh's center; w unused

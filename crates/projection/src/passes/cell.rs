@@ -9,13 +9,14 @@ use tetrascope_gpu::passes::{
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
 use tetrascope_shaders::projection::CELL;
 
+use super::lists::{self, ListPass};
 use crate::volume::{Field, Geometry, Look};
 
-/// Cells that one draw call covers: its 16-bit indices number four vertices of each.
+/// Cells that one draw call covers: its 16-bit indices number four corners of each.
 const CELLS_PER_DRAW: u32 = (1 << 16) / 4;
 
-/// The faces of a positively oriented cell, counterclockwise from outside.
-const FACES: [u16; 12] = [1, 2, 3, 0, 3, 2, 0, 1, 3, 0, 2, 1];
+/// Two triangles around the corners of a cell's footprint.
+const FOOTPRINT: [u16; 6] = [0, 1, 2, 0, 2, 3];
 
 /// What does not depend on the optical model.
 #[derive(Clone, Debug)]
@@ -27,19 +28,27 @@ pub(crate) struct CellPass {
     indices: wgpu::Buffer,
 }
 
+/// What is on the device.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Uploaded<'a> {
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) field: &'a Field,
+    pub(crate) look: &'a Look,
+}
+
 /// The pass for one volume and appearance.
 #[derive(Clone, Debug)]
 pub(crate) struct CellData {
-    pipeline: wgpu::RenderPipeline,
-    volume_group: wgpu::BindGroup,
-    count: u32,
+    pub(crate) pipeline: wgpu::RenderPipeline,
+    pub(crate) volume_group: wgpu::BindGroup,
+    pub(crate) count: u32,
 }
 
 impl CellPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<CellPass, Error> {
         let label = "projection::cell";
         let indices: Vec<u16> = (0..CELLS_PER_DRAW)
-            .flat_map(|cell| FACES.map(|corner| 4 * cell as u16 + corner))
+            .flat_map(|cell| FOOTPRINT.map(|corner| 4 * cell as u16 + corner))
             .collect();
         let indices = gpu.upload("projection::cell indices", &indices, BufferUsages::INDEX)?;
         gpu.checked(label, 0, || {
@@ -56,63 +65,83 @@ impl CellPass {
         })
     }
 
-    /// The pass for what is to be drawn, in the order of the cell indices in `drawn`.
+    /// The pass for what is to be drawn, in the order of the cell indices in `drawn`;
+    /// with `lists`, into those.
     pub(crate) fn data(
         &self,
         gpu: &Gpu,
-        geometry: &Geometry,
-        field: &Field,
-        look: &Look,
+        uploaded: Uploaded,
         drawn: &wgpu::Buffer,
         model: OpticalModel,
+        lists: Option<&ListPass>,
     ) -> Result<CellData, Error> {
+        let blended = wgpu::ColorTargetState {
+            format: gathered_format(gpu, model),
+            blend: Some(blend(model)),
+            write_mask: wgpu::ColorWrites::ALL,
+        };
+        let (module, layout, entry, target) = match lists {
+            None => (&self.module, &self.pipeline_layout, "fs_cell", blended),
+            Some(lists) => (lists.fill(), lists.layout(), "fs_fill", lists::UNTOUCHED),
+        };
         let label = "projection::cell";
-        let (positions, cells) = (&geometry.positions, &geometry.cells);
-        let buffers = [positions, &field.scalars, cells, drawn, &look.intervals];
-        let buffers = buffers.map(|b| b.as_entire_binding());
-        gpu.checked(label, 0, || CellData {
-            pipeline: self.pipeline(gpu, model, look.deepest),
-            volume_group: group(gpu, label, &self.volume_layout, &buffers),
-            count: look.drawn_count,
+        let constants = [
+            model_constant(model),
+            ("DEEPEST", f64::from(uploaded.look.deepest)),
+        ];
+        let pipeline = gpu.checked(label, 0, || {
+            gpu.device()
+                .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                    label: Some(label),
+                    layout: Some(layout),
+                    vertex: wgpu::VertexState {
+                        module,
+                        entry_point: Some("vs_cell"),
+                        compilation_options: Default::default(),
+                        buffers: &[],
+                    },
+                    primitive: Default::default(),
+                    depth_stencil: None,
+                    multisample: Default::default(),
+                    fragment: Some(wgpu::FragmentState {
+                        module,
+                        entry_point: Some(entry),
+                        compilation_options: wgpu::PipelineCompilationOptions {
+                            constants: &constants,
+                            ..Default::default()
+                        },
+                        targets: &[Some(target)],
+                    }),
+                    multiview_mask: None,
+                    cache: None,
+                })
+        })?;
+        Ok(CellData {
+            pipeline,
+            volume_group: self.volume_group(gpu, uploaded, drawn)?,
+            count: uploaded.look.drawn_count(),
         })
     }
 
-    fn pipeline(&self, gpu: &Gpu, model: OpticalModel, deepest: f32) -> wgpu::RenderPipeline {
-        let constants = [model_constant(model), ("DEEPEST", f64::from(deepest))];
-        let options = wgpu::PipelineCompilationOptions {
-            constants: &constants,
-            ..Default::default()
-        };
-        gpu.device()
-            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some("projection::cell"),
-                layout: Some(&self.pipeline_layout),
-                vertex: wgpu::VertexState {
-                    module: &self.module,
-                    entry_point: Some("vs_cell"),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState {
-                    front_face: wgpu::FrontFace::Ccw,
-                    cull_mode: Some(wgpu::Face::Front),
-                    ..Default::default()
-                },
-                depth_stencil: None,
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &self.module,
-                    entry_point: Some("fs_cell"),
-                    compilation_options: options,
-                    targets: &[Some(wgpu::ColorTargetState {
-                        format: gathered_format(gpu, model),
-                        blend: Some(blend(model)),
-                        write_mask: wgpu::ColorWrites::ALL,
-                    })],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+    /// What the pass reads, with the cells of `drawn`.
+    pub(crate) fn volume_group(
+        &self,
+        gpu: &Gpu,
+        uploaded: Uploaded,
+        drawn: &wgpu::Buffer,
+    ) -> Result<wgpu::BindGroup, Error> {
+        let label = "projection::cell";
+        let Uploaded {
+            geometry,
+            field,
+            look,
+        } = uploaded;
+        let (positions, cells) = (&geometry.positions, &geometry.cells);
+        let buffers = [positions, &field.scalars, cells, drawn, &look.intervals];
+        let buffers = buffers.map(|b| b.as_entire_binding());
+        gpu.checked(label, 0, || {
+            group(gpu, label, &self.volume_layout, &buffers)
+        })
     }
 
     /// Records one draw of all cells into `gathered`.
@@ -125,31 +154,70 @@ impl CellPass {
         gathered: &wgpu::TextureView,
         timestamps: Option<wgpu::RenderPassTimestampWrites>,
     ) {
-        let label = "projection::cell";
-        let frame = group(gpu, label, &self.frame_layout, &[frame.as_entire_binding()]);
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(label),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: gathered,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            timestamp_writes: timestamps,
-            ..Default::default()
-        });
+        let clear = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
+        let mut pass = begin(encoder, "projection::cell", gathered, clear, timestamps);
+        self.draw(gpu, &mut pass, frame, data);
+    }
+
+    /// Draws all cells; what is in groups from 2 on is the caller's.
+    pub(crate) fn draw(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::RenderPass,
+        frame: &wgpu::Buffer,
+        data: &CellData,
+    ) {
+        self.bind(gpu, pass, frame, data);
         pass.set_pipeline(&data.pipeline);
-        pass.set_bind_group(0, &frame, &[]);
-        pass.set_bind_group(1, &data.volume_group, &[]);
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint16);
         let mut first = 0;
         while first < data.count {
             let cells = (data.count - first).min(CELLS_PER_DRAW);
-            pass.draw_indexed(0..12 * cells, (4 * first) as i32, 0..1);
+            pass.draw_indexed(0..6 * cells, (4 * first) as i32, 0..1);
             first += cells;
         }
     }
+
+    /// Sets groups 0 and 1.
+    pub(crate) fn bind(
+        &self,
+        gpu: &Gpu,
+        pass: &mut wgpu::RenderPass,
+        frame: &wgpu::Buffer,
+        data: &CellData,
+    ) {
+        let label = "projection::cell";
+        let frame = group(gpu, label, &self.frame_layout, &[frame.as_entire_binding()]);
+        pass.set_bind_group(0, &frame, &[]);
+        pass.set_bind_group(1, &data.volume_group, &[]);
+    }
+
+    /// The layouts of groups 0 and 1.
+    pub(crate) fn layouts(&self) -> [&wgpu::BindGroupLayout; 2] {
+        [&self.frame_layout, &self.volume_layout]
+    }
+}
+
+/// A pass into one texture.
+pub(crate) fn begin<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    label: &str,
+    target: &wgpu::TextureView,
+    load: wgpu::LoadOp<wgpu::Color>,
+    timestamps: Option<wgpu::RenderPassTimestampWrites>,
+) -> wgpu::RenderPass<'a> {
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: target,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load,
+                store: wgpu::StoreOp::Store,
+            },
+        })],
+        timestamp_writes: timestamps,
+        ..Default::default()
+    })
 }

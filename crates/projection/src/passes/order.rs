@@ -71,7 +71,7 @@ impl OrderPass {
         look: &Look,
     ) -> Result<OrderData, Error> {
         let label = "projection::order";
-        let pairs = self.sort.pairs(gpu, look.drawn_count, KEY_BITS)?;
+        let pairs = self.sort.pairs(gpu, look.drawn_count(), KEY_BITS)?;
         let buffers = [&geometry.positions, scalars, &geometry.cells, &look.drawn];
         let buffers = buffers.map(|b| b.as_entire_binding());
         let (volume_group, pair_group) = gpu.checked(label, 0, || {
@@ -86,7 +86,7 @@ impl OrderPass {
             pairs,
             volume_group,
             pair_group,
-            count: look.drawn_count,
+            count: look.drawn_count(),
         })
     }
 

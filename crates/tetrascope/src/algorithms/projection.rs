@@ -16,13 +16,14 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     paper: "M. Weiler, M. Kraus, T. Ertl, \"Hardware-Based View-Independent Cell Projection\", \
             IEEE Symposium on Volume Visualization and Graphics, 2002, pp. 13-22",
     draws: "any mesh in every optical model; with emission and absorption cells are sorted by \
-            their centroids, which is not always the order of visibility",
+            their centroids, which is not always the order of visibility, unless order=mpvo or \
+            order=per-pixel is set",
     needs_gpu: true,
     settings: &[
         Setting {
             name: "order",
             about: "the order of cells, where the optical model does not commute",
-            values: Values::Choice(&["unsorted", "centroid"]),
+            values: Values::Choice(&["unsorted", "centroid", "mpvo", "per-pixel"]),
             default: "centroid",
         },
         Setting {
@@ -44,7 +45,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             default: "shared-vertices",
         },
     ],
-    sweep: &["order=centroid"],
+    sweep: &["order=centroid", "order=mpvo", "order=per-pixel"],
     admits: |_| 0.0,
     supports: |volume, _, _| match volume {
         Volume::Mesh(_) => Ok(()),
