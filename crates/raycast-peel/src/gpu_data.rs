@@ -20,24 +20,13 @@ pub(crate) struct March {
     pub(crate) eye_depth: f32,
     pub(crate) width: u32,
     pub(crate) height: u32,
-    pub(crate) node_count: u32,
+    /// Tiles a row.
+    pub(crate) tiles_x: u32,
     /// The optical depth beyond which a ray stops.
     pub(crate) stop_depth: f32,
     pub(crate) padding_0: u32,
     pub(crate) padding_1: u32,
     pub(crate) padding_2: u32,
-}
-
-/// `Node`: a box of the boundary hierarchy.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct Node {
-    pub(crate) low: [f32; 3],
-    /// The next node beyond this one's subtree.
-    pub(crate) skip: u32,
-    pub(crate) high: [f32; 3],
-    /// First face << 3 | number of faces; no faces in an inner node.
-    pub(crate) faces: u32,
 }
 
 /// `Counters`: what a frame did.
@@ -64,15 +53,6 @@ mod tests {
     fn structs_have_the_layout_of_their_twins() {
         assert_layout!(
             MARCH,
-            Node {
-                low,
-                skip,
-                high,
-                faces
-            }
-        );
-        assert_layout!(
-            MARCH,
             March {
                 anchor,
                 anchor_x,
@@ -82,7 +62,7 @@ mod tests {
                 eye_depth,
                 width,
                 height,
-                node_count,
+                tiles_x,
                 stop_depth,
                 padding_0,
                 padding_1,

@@ -20,7 +20,7 @@ pub(crate) const AT_BOUNDARY: u32 = 1 << 31;
 pub(crate) struct Layout {
     /// [`CELL_WORDS`] a cell.
     pub(crate) cells: Vec<u32>,
-    /// Vertex ids and the cell behind, one a boundary face, by increasing place in the hierarchy.
+    /// Vertex ids and the cell behind, one a boundary face.
     pub(crate) boundary: Vec<[u32; 4]>,
     /// The mesh's own number of each vertex.
     pub(crate) vertex_order: Vec<u32>,
@@ -48,8 +48,6 @@ impl Locality {
 
 impl Layout {
     /// Lays `mesh` out.
-    ///
-    /// The boundary faces are in the mesh's order; [`crate::entry`] sorts them.
     pub(crate) fn new(mesh: &TetMesh, locality: Locality) -> Layout {
         let tetrahedra = mesh.tetrahedra();
         let (cell_order, vertex_order) = match locality {
@@ -91,24 +89,6 @@ impl Layout {
             boundary,
             vertex_order,
             cell_order,
-        }
-    }
-
-    /// Puts boundary face `order[i]` at place i.
-    pub(crate) fn reorder_boundary(&mut self, order: &[u32]) {
-        let place = inverse(order);
-        self.boundary = order
-            .iter()
-            .map(|&old| self.boundary[old as usize])
-            .collect();
-        for word in &mut self
-            .cells
-            .chunks_exact_mut(CELL_WORDS)
-            .flat_map(|cell| &mut cell[1..])
-        {
-            if *word & AT_BOUNDARY != 0 {
-                *word = AT_BOUNDARY | place[(*word & !AT_BOUNDARY) as usize];
-            }
         }
     }
 }

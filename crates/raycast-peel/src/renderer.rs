@@ -2,25 +2,22 @@
 
 use std::time::Instant;
 
-use tetrascope_core::glam::Vec3;
+use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, Scalars, TetMesh, View, Volume,
     VolumeRenderer,
 };
 use tetrascope_gpu::memory::{ReadBack, Source};
-use tetrascope_gpu::transfer_function::intervals;
+use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, timer};
 
-use crate::entry::Entry;
 use crate::gpu_data::{Counters, March};
 use crate::layout::Layout;
 use crate::options::{Locality, RaycastOptions};
 use crate::rays::Rays;
-
-/// Pixels along each side of a work group, as in `march.wgsl`.
-const TILE: u32 = 8;
+use crate::tiles::{TILE, Tiles};
 
 /// In place of a scalar that is not a number, as WGSL promises nothing for NaN.
 /// Mapped scalars stay below 10³⁰; the shader takes anything from 10³⁴ on for this,
@@ -44,12 +41,14 @@ struct Mesh {
     normalization: Normalization,
     scalar_map: ScalarMap,
     layout: Layout,
-    node_count: u32,
+    /// The corners of each boundary face, normalized.
+    faces: Vec<[Vec3; 3]>,
+    /// No ray is longer in a cell than this, normalized.
+    longest_edge: f32,
     positions: wgpu::Buffer,
     scalars: wgpu::Buffer,
     cells: wgpu::Buffer,
     boundary: wgpu::Buffer,
-    nodes: wgpu::Buffer,
 }
 
 /// What `restyle` changes.
@@ -68,13 +67,10 @@ impl Mesh {
         locality: Locality,
     ) -> Result<Mesh, Error> {
         let normalization = Normalization::of(&source.bounds());
-        let mut layout = Layout::new(source, locality);
+        let layout = Layout::new(source, locality);
         let position = |&point: &u32| normalization.position(source.points()[point as usize]);
         let positions: Vec<Vec3> = layout.vertex_order.iter().map(position).collect();
         let corners = |face: &[u32; 4]| [0, 1, 2].map(|i| positions[face[i] as usize]);
-        let faces: Vec<[Vec3; 3]> = layout.boundary.iter().map(corners).collect();
-        let entry = Entry::new(&faces);
-        layout.reorder_boundary(&entry.face_order);
         let usage = BufferUsages::STORAGE;
         let scalar_count = match source.scalars().association {
             Association::Point => layout.vertex_order.len(),
@@ -82,11 +78,11 @@ impl Mesh {
         };
         let scalar_bytes = (4 * scalar_count as u64).max(4);
         let mesh = Mesh {
-            node_count: entry.nodes.len() as u32,
+            longest_edge: longest_edge(source, &normalization),
+            faces: layout.boundary.iter().map(corners).collect(),
             positions: gpu.upload("raycast-peel::positions", &positions, usage)?,
             cells: gpu.upload("raycast-peel::cells", &layout.cells, usage)?,
             boundary: gpu.upload("raycast-peel::boundary", &layout.boundary, usage)?,
-            nodes: gpu.upload("raycast-peel::nodes", &entry.nodes, usage)?,
             scalars: gpu.buffer(
                 "raycast-peel::scalars",
                 scalar_bytes,
@@ -138,6 +134,7 @@ impl Style {
         let per_cell = mesh.source.scalars().association == Association::Cell;
         let constants = [
             ("MODEL", f64::from(model_index(appearance.optical_model)?)),
+            ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
             ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
         ];
         let pipeline = gpu.checked("raycast-peel::cast", 0, || {
@@ -168,6 +165,24 @@ impl Style {
             intervals: gpu.upload("raycast-peel::intervals", &intervals, BufferUsages::STORAGE)?,
         })
     }
+}
+
+fn longest_edge(mesh: &TetMesh, normalization: &Normalization) -> f32 {
+    let edges = |cell| {
+        let [a, b, c, d]: [DVec3; 4] = mesh.cell_points(cell);
+        let squares = [a - b, a - c, a - d, b - c, b - d, c - d].map(DVec3::length_squared);
+        squares.into_iter().fold(0.0, f64::max)
+    };
+    let longest = (0..mesh.cell_count()).map(edges).fold(0.0, f64::max);
+    (longest.sqrt() / normalization.scale) as f32
+}
+
+/// A bound of the optical depth of a cell; what only deeper ones need is not compiled.
+fn deepest(intervals: &[Interval], longest_edge: f32) -> f64 {
+    let extinctions = intervals.iter().flat_map(|i| [i.at_low[3], i.at_high[3]]);
+    let greatest = f64::from(extinctions.fold(0.0, f32::max));
+    // Lengths and depths are rounded on the way.
+    (1.001 * greatest * f64::from(longest_edge)).min(1e30)
 }
 
 /// The shaders' number of a model.
@@ -214,20 +229,12 @@ impl RaycastPeel {
             scalars,
             cells,
             boundary,
-            nodes,
             ..
         } = &self.mesh;
-        [
-            positions,
-            scalars,
-            cells,
-            boundary,
-            nodes,
-            &self.style.intervals,
-        ]
-        .iter()
-        .map(|buffer| buffer.size())
-        .sum()
+        [positions, scalars, cells, boundary, &self.style.intervals]
+            .iter()
+            .map(|buffer| buffer.size())
+            .sum()
     }
 
     /// Records one frame into `image`, an Rgba32Float storage texture as large as
@@ -240,10 +247,24 @@ impl RaycastPeel {
         image: &wgpu::TextureView,
     ) -> Result<wgpu::Buffer, Error> {
         view.validate()?;
-        let march = self.march(view);
+        let rays = Rays::new(view, &self.mesh.normalization);
+        let tiles = Tiles::new(view, &rays, &self.mesh.faces).ok_or_else(|| Error::TooLarge {
+            what: "the boundary faces of all tiles".into(),
+            needed: u64::from(u32::MAX) + 1,
+            limit: u64::from(u32::MAX),
+            unit: "pairs of tile and face",
+        })?;
+        let march = self.march(view, &rays);
         let uniform = self
             .gpu
             .upload("raycast-peel::march", &[march], BufferUsages::UNIFORM)?;
+        let storage = BufferUsages::STORAGE;
+        let starts = self
+            .gpu
+            .upload("raycast-peel::tile_starts", &tiles.starts, storage)?;
+        let faces = self
+            .gpu
+            .upload("raycast-peel::tile_faces", &tiles.faces, storage)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let counters = self
             .gpu
@@ -274,15 +295,16 @@ impl RaycastPeel {
             scalars,
             cells,
             boundary,
-            nodes,
             ..
         } = &self.mesh;
-        let volume = [positions, scalars, cells, boundary, nodes].map(|b| b.as_entire_binding());
+        let volume = [positions, scalars, cells, boundary].map(|b| b.as_entire_binding());
         self.gpu.checked("raycast-peel::cast", 0, || {
             let frame = [
                 uniform.as_entire_binding(),
                 wgpu::BindingResource::TextureView(image),
                 counters.as_entire_binding(),
+                starts.as_entire_binding(),
+                faces.as_entire_binding(),
             ];
             let groups = [
                 group(0, &frame),
@@ -302,9 +324,8 @@ impl RaycastPeel {
         Ok(counters)
     }
 
-    fn march(&self, view: &View) -> March {
-        let rays = Rays::new(view, &self.mesh.normalization);
-        let extended = |v: tetrascope_core::glam::DVec3, w: f32| v.as_vec3().extend(w).to_array();
+    fn march(&self, view: &View, rays: &Rays) -> March {
+        let extended = |v: DVec3, w: f32| v.as_vec3().extend(w).to_array();
         March {
             anchor: extended(rays.anchor, 0.0),
             anchor_x: extended(rays.anchor_x, 0.0),
@@ -314,7 +335,7 @@ impl RaycastPeel {
             eye_depth: rays.eye_depth as f32,
             width: view.width,
             height: view.height,
-            node_count: self.mesh.node_count,
+            tiles_x: view.width.div_ceil(TILE),
             stop_depth: self.options.stop_depth(),
             padding_0: 0,
             padding_1: 0,

@@ -356,14 +356,10 @@ fn a_mesh_takes_twenty_bytes_a_cell() {
     let volume = Volume::Mesh(mesh.clone());
     let options = RaycastOptions::default();
     let rays = RaycastPeel::new(&gpu, &volume, &appearance, &options).expect("a mesh");
-    // And 16 a vertex; 16 a boundary face and at most two boxes of 32 for each;
-    // a handful of intervals.
+    // And 16 a vertex, 16 a boundary face, a handful of intervals.
     let at_least = 20 * mesh.cell_count() + 16 * mesh.points().len();
-    let entry = (16 + 64) * mesh.boundary_faces().len();
+    let entry = 16 * mesh.boundary_faces().len();
     let intervals = 48 * (appearance.transfer_function.knots().len() + 1);
     let bytes = rays.bytes_resident() as usize;
-    assert!(
-        (at_least..=at_least + entry + intervals).contains(&bytes),
-        "{bytes}"
-    );
+    assert!(bytes == at_least + entry + intervals, "{bytes}");
 }

@@ -1,9 +1,9 @@
 // March: follow each ray from cell to cell to its end, in one dispatch.
 //
 // Bernardon et al. 2004 take one step a pass and peel the boundary layer by
-// layer; here a ray's loop is a loop, and where a ray meets the boundary again is
-// looked up in a hierarchy of boxes over the boundary faces.
-// In:   vertices, cells, boundary, nodes.
+// layer; here a ray's loop is a loop, and it finds where it meets the boundary among
+// the boundary faces of its tile.
+// In:   vertices, cells, boundary, and for each tile the boundary faces that its rays may meet.
 // Out:  linear premultiplied RGBA over the background, one texel a ray.
 // With: raycast_peel/walk.wgsl, common/sides.wgsl, common/optics.wgsl and what it needs
 
@@ -16,19 +16,11 @@ struct March {
     eye_depth: f32,    // orthographic: t of the camera's plane, seen from the anchor
     width: u32,
     height: u32,
-    node_count: u32,
+    tiles_x: u32,      // tiles a row
     stop_depth: f32,   // optical depth beyond which a ray stops
     padding_0: u32,
     padding_1: u32,
     padding_2: u32,
-}
-
-// A box of the boundary hierarchy, in depth-first order.
-struct Node {
-    low: vec3f,
-    skip: u32,  // the node after this one's descendants
-    high: vec3f,
-    faces: u32, // first face << 3 | face count; 0 faces: an inner node
 }
 
 // A boundary face and the cell behind it.
@@ -49,12 +41,13 @@ struct Counters {
 @group(0) @binding(0) var<uniform> march: March;
 @group(0) @binding(1) var image: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(2) var<storage, read_write> counters: Counters;
+@group(0) @binding(3) var<storage, read> tile_starts: array<u32>; // in tile_faces, and one more
+@group(0) @binding(4) var<storage, read> tile_faces: array<u32>;
 
 @group(1) @binding(0) var<storage, read> positions: array<f32>; // x, y, z of each vertex, normalized
 @group(1) @binding(1) var<storage, read> scalars: array<f32>;   // of each vertex or cell
 @group(1) @binding(2) var<storage, read> cells: array<u32>;     // CELL_WORDS each
 @group(1) @binding(3) var<storage, read> boundary: array<BoundaryFace>;
-@group(1) @binding(4) var<storage, read> nodes: array<Node>;
 
 @group(2) @binding(0) var<storage, read> intervals: array<Interval>;
 
@@ -72,7 +65,7 @@ const CELL_WORDS: u32 = 5u;
 // A neighbor with this bit is a boundary face.
 const AT_BOUNDARY: u32 = 0x80000000u;
 
-// How many boundary faces one search of the hierarchy keeps. A ray with more
+// How many boundary faces one search keeps. A ray with more
 // searches again from where it was.
 const KEPT: u32 = 6u;
 
@@ -101,38 +94,18 @@ fn boundary_crossing(face: u32, shear: Shear) -> vec2f {
     return vec2f(t, f32(turn));
 }
 
-// Whether the ray may pass through the box: its sheared extent holds the origin.
-fn meets(node: Node, shear: Shear) -> bool {
-    let low = permute(node.low - shear.anchor, shear.axis);
-    let high = permute(node.high - shear.anchor, shear.axis);
-    let moved_a = shear.slope * low.z;
-    let moved_b = shear.slope * high.z;
-    let least = low.xy - max(moved_a, moved_b);
-    let greatest = high.xy - min(moved_a, moved_b);
-    return all(least <= vec2f(0.0)) && all(greatest >= vec2f(0.0));
-}
-
-// The first crossings after (t, face), in order.
-fn search(shear: Shear, after_t: f32, after_face: u32, first: bool) -> Crossings {
+// The first crossings after (t, face), in order, among the faces of a tile.
+fn search(tile: u32, shear: Shear, after_t: f32, after_face: u32, first: bool) -> Crossings {
     var found: Crossings;
-    var at = 0u;
-    while at < march.node_count {
-        let node = nodes[at];
-        if !meets(node, shear) {
-            at = node.skip;
+    let end = tile_starts[tile + 1u];
+    for (var i = tile_starts[tile]; i < end; i += 1u) {
+        let face = tile_faces[i];
+        let crossed = boundary_crossing(face, shear);
+        if crossed.y == 0.0 || !(first || comes_before(after_t, after_face, crossed.x, face)) {
             continue;
         }
-        at += 1u;
-        let begin = node.faces >> 3u;
-        let end = begin + (node.faces & 7u);
-        for (var face = begin; face < end; face += 1u) {
-            let crossed = boundary_crossing(face, shear);
-            if crossed.y == 0.0 || !(first || comes_before(after_t, after_face, crossed.x, face)) {
-                continue;
-            }
-            found.total += 1u;
-            insert(&found, crossed.x, face);
-        }
+        found.total += 1u;
+        insert(&found, crossed.x, face);
     }
     return found;
 }
@@ -238,15 +211,8 @@ fn add_cell(cell: u32, near: vec2f, far: vec2f, seen: f32, eye_t: f32, ray: ptr<
     } else if begin > near.x {
         front = mix(near.y, far.y, (begin - near.x) / (far.x - near.x));
     }
-    if max(front, back) >= TRANSPARENT_SCALAR {
-        return;
-    }
-    let sum = integrate(front, back, length);
-    if MODEL == MAXIMUM_INTENSITY {
-        (*ray).light = max((*ray).light, sum.xyz);
-    } else {
-        (*ray).light += transmittance((*ray).depth) * sum.xyz;
-        (*ray).depth += sum.w;
+    if max(front, back) < TRANSPARENT_SCALAR {
+        gather(ray, front, back, length);
     }
 }
 
@@ -260,6 +226,60 @@ override SCALARS_PER_CELL: bool = false;
 struct Gathered {
     light: vec3f,
     depth: f32, // optical; stays 0 where the model does not absorb
+    // The interval of the transfer function in which the ray is: the scalar is
+    // continuous along a path, so the next cell most likely begins in it.
+    index: u32,
+    interval: Interval,
+}
+
+fn nothing_gathered() -> Gathered {
+    return Gathered(vec3f(0.0), 0.0, 0u, interval(0u));
+}
+
+// Adds a segment as `integrate` does, from the interval that the ray is in: where
+// it stays there nothing is read.
+fn gather(ray: ptr<function, Gathered>, front: f32, back: f32, length: f32) {
+    // The outer intervals reach beyond every scalar, so neither loop leaves the array.
+    while front > (*ray).interval.high {
+        enter(ray, (*ray).index + 1u);
+    }
+    while front < (*ray).interval.low {
+        enter(ray, (*ray).index - 1u);
+    }
+    let whole = abs(back - front);
+    var scalar = front;
+    loop {
+        let here = (*ray).interval;
+        let end_scalar = clamp(back, here.low, here.high);
+        var start = sample_interval(here, scalar);
+        var end = sample_interval(here, end_scalar);
+        // Each piece is as long as its share of the scalars; a constant one is whole.
+        var share = length;
+        if whole > 0.0 {
+            share = length * (abs(end_scalar - scalar) / whole);
+        } else if scalar == here.low || scalar == here.high {
+            // Constant, and on a step: both sides count half.
+            let beyond = select((*ray).index - 1u, (*ray).index + 1u, scalar == here.high);
+            start = 0.5 * (start + sample_interval(interval(beyond), scalar));
+            end = start;
+        }
+        // A piece without length adds nothing, in MAXIMUM_INTENSITY neither.
+        if share > 0.0 {
+            let sum = add_piece(vec4f((*ray).light, (*ray).depth), start, end, share);
+            (*ray).light = sum.xyz;
+            (*ray).depth = sum.w;
+        }
+        if back >= here.low && back <= here.high {
+            break;
+        }
+        enter(ray, select((*ray).index - 1u, (*ray).index + 1u, back > here.high));
+        scalar = end_scalar;
+    }
+}
+
+fn enter(ray: ptr<function, Gathered>, index: u32) {
+    (*ray).index = index;
+    (*ray).interval = interval(index);
 }
 
 // `tetrascope_core::optics::over`, model by model.
@@ -319,9 +339,10 @@ fn cast_ray(pixel: vec2u) -> u32 {
         eye_t = -distance;
     }
     let shear = shear_of(anchor, direction);
-    var ray = Gathered();
+    var ray = nothing_gathered();
     var visits = 0u;
-    var found = search(shear, 0.0, 0u, true);
+    let tile = pixel.y / TILE * march.tiles_x + pixel.x / TILE;
+    var found = search(tile, shear, 0.0, 0u, true);
     if found.total % 2u == 1u {
         atomicAdd(&tile_unpaired, 1u);
     }
@@ -354,7 +375,7 @@ fn cast_ray(pixel: vec2u) -> u32 {
             }
         }
         if next == found.kept && found.total > found.kept {
-            found = search(shear, t, face, false);
+            found = search(tile, shear, t, face, false);
             next = 0u;
         }
     }

@@ -1,0 +1,209 @@
+//! Which boundary faces the rays of each tile may meet.
+//!
+//! A superset, found anew for each view: whether a ray crosses a face is decided in
+//! `walk.wgsl`. A hierarchy of boxes that each ray searched by itself was tried
+//! first; on llvmpipe, whose lanes run in step, it took four fifths of a frame.
+
+use tetrascope_core::View;
+use tetrascope_core::glam::{DVec2, DVec3, Vec3};
+
+use crate::rays::Rays;
+
+/// Pixels along each side of a tile and of a work group, as in `march.wgsl`.
+pub(crate) const TILE: u32 = 8;
+
+/// How far a vertex may be, for a ray in f32, from where it is, in normalized units.
+///
+/// `corner` in `walk.wgsl` takes a difference, a product by a slope of at most 1 and
+/// a sum, of numbers below 4 (vertices lie within 1 of the center, anchors within 2);
+/// each rounds by at most 2⁻²⁴ · 4. So do the anchor and the direction: 6 · 2⁻²² < 2⁻¹⁹.
+const BLUR: f64 = 1.0 / (1 << 19) as f64;
+
+/// Faces by tile, row by row: those of tile i are `faces[starts[i]..starts[i + 1]]`.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Tiles {
+    pub(crate) starts: Vec<u32>,
+    pub(crate) faces: Vec<u32>,
+}
+
+/// A rectangle of tiles, both ends included.
+#[derive(Clone, Copy)]
+struct Rectangle {
+    first: [u32; 2],
+    last: [u32; 2],
+}
+
+impl Tiles {
+    /// Sorts `faces`, corners in normalized units, into the tiles of `view`.
+    ///
+    /// `None` if there are too many pairs of tile and face to count in 32 bits.
+    pub(crate) fn new(view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Option<Tiles> {
+        let columns = view.width.div_ceil(TILE);
+        let rows = view.height.div_ceil(TILE);
+        let rectangles: Vec<Option<Rectangle>> = faces
+            .iter()
+            .map(|corners| rectangle(rays, corners, [columns, rows]))
+            .collect();
+        let tiles_of = |r: &Rectangle| {
+            let [x0, y0] = r.first;
+            let [x1, y1] = r.last;
+            (y0..=y1).flat_map(move |y| (x0..=x1).map(move |x| (y * columns + x) as usize))
+        };
+        let mut starts = vec![0u32; (columns * rows) as usize + 1];
+        let mut total = 0u32;
+        for rectangle in rectangles.iter().flatten() {
+            for tile in tiles_of(rectangle) {
+                starts[tile + 1] += 1;
+                total = total.checked_add(1)?;
+            }
+        }
+        for tile in 1..starts.len() {
+            starts[tile] += starts[tile - 1];
+        }
+        let mut places = starts.clone();
+        let mut sorted = vec![0; total as usize];
+        for (face, rectangle) in (0..).zip(&rectangles) {
+            for tile in rectangle.iter().flat_map(tiles_of) {
+                sorted[places[tile] as usize] = face;
+                places[tile] += 1;
+            }
+        }
+        Some(Tiles {
+            starts,
+            faces: sorted,
+        })
+    }
+}
+
+/// The tiles whose rays may meet a face; `None` if it is beside the image.
+///
+/// A ray is a whole line here, behind the eye too: a path through the eye begins there.
+fn rectangle(rays: &Rays, corners: &[Vec3; 3], [columns, rows]: [u32; 2]) -> Option<Rectangle> {
+    let everywhere = Rectangle {
+        first: [0, 0],
+        last: [columns - 1, rows - 1],
+    };
+    let seen = corners.map(|corner| rays.pixel(corner.as_dvec3()));
+    // How many times larger than at the anchors a length is seen, with its sign.
+    let [a, b, c] = seen.map(|(_, magnification)| magnification);
+    let finite = seen
+        .iter()
+        .all(|(pixel, m)| pixel.is_finite() && m.is_finite());
+    let one_side = (a > 0.0 && b > 0.0 && c > 0.0) || (a < 0.0 && b < 0.0 && c < 0.0);
+    if !(finite && one_side) {
+        return Some(everywhere); // it reaches through the eye's plane
+    }
+    let [p, q, r] = seen.map(|(pixel, _)| pixel);
+    let nearest = a.abs().max(b.abs()).max(c.abs());
+    let margin = DVec2::splat(0.01 + BLUR * nearest / rays.anchor_x.length());
+    let (min, max) = (p.min(q).min(r) - margin, p.max(q).max(r) + margin);
+    let tile = f64::from(TILE);
+    let size = DVec2::new(f64::from(columns), f64::from(rows)) * tile;
+    if max.cmplt(DVec2::ZERO).any() || min.cmpgt(size).any() {
+        return None;
+    }
+    let clamp = |p: DVec2| {
+        let p = (p / tile).floor().max(DVec2::ZERO);
+        [(p.x as u32).min(columns - 1), (p.y as u32).min(rows - 1)]
+    };
+    Some(Rectangle {
+        first: clamp(min),
+        last: clamp(max),
+    })
+}
+
+impl Rays {
+    /// Where a point is seen, pixels with centers at whole numbers, and how many
+    /// times larger than at the anchors; negative behind the eye.
+    fn pixel(&self, point: DVec3) -> (DVec2, f64) {
+        let across = |p: DVec3| {
+            let pixel = self.anchor_x.length_squared();
+            DVec2::new(p.dot(self.anchor_x), p.dot(self.anchor_y)) / pixel
+        };
+        if !self.is_point {
+            return (across(point - self.anchor), 1.0);
+        }
+        // The anchors' plane is at −eye_depth from the eye.
+        let axis = self.anchor_y.cross(self.anchor_x).normalize();
+        let forward = axis * (self.anchor - self.eye).dot(axis).signum();
+        let from_eye = point - self.eye;
+        let magnification = -self.eye_depth / from_eye.dot(forward);
+        let on_plane = self.eye + from_eye * magnification;
+        (across(on_plane - self.anchor), magnification)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tetrascope_core::{Bounds, Camera, CameraFit};
+    use tetrascope_gpu::Normalization;
+
+    use super::*;
+
+    /// Every face is listed in the tile through which its center is seen.
+    #[test]
+    fn faces_are_where_they_are_seen() {
+        let bounds = Bounds {
+            min: DVec3::NEG_ONE,
+            max: DVec3::ONE,
+        };
+        let normalization = Normalization::of(&bounds);
+        for orthographic in [false, true] {
+            let camera = Camera::fit(&bounds, CameraFit::PlusIso, orthographic, 1.5);
+            let view = View {
+                camera,
+                width: 90,
+                height: 60,
+                background: [0.0; 4],
+            };
+            let rays = Rays::new(&view, &normalization);
+            for row in [0, 29, 59] {
+                for column in [0, 44, 89] {
+                    let ray = view.ray(column, row);
+                    let center = ray.at(3.0);
+                    let near = normalization.point(center).as_vec3();
+                    let face = [near, near + 1e-4 * Vec3::X, near + 1e-4 * Vec3::Y];
+                    let tiles = Tiles::new(&view, &rays, &[face]).expect("few");
+                    let tile = (row / TILE * view.width.div_ceil(TILE) + column / TILE) as usize;
+                    assert!(
+                        tiles.starts[tile] < tiles.starts[tile + 1],
+                        "{column} {row}"
+                    );
+                    assert!(tiles.faces.len() <= 4, "{column} {row}: {tiles:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_face_through_the_eyes_plane_is_everywhere_and_one_beside_the_image_nowhere() {
+        let bounds = Bounds {
+            min: DVec3::NEG_ONE,
+            max: DVec3::ONE,
+        };
+        let camera = Camera::fit(&bounds, CameraFit::PlusX, false, 1.0);
+        let view = View {
+            camera,
+            width: 64,
+            height: 64,
+            background: [0.0; 4],
+        };
+        let rays = Rays::new(&view, &Normalization::of(&bounds));
+        let through = [Vec3::ZERO, Vec3::X * 100.0, Vec3::Y];
+        assert_eq!(
+            Tiles::new(&view, &rays, &[through])
+                .expect("few")
+                .faces
+                .len(),
+            64
+        );
+        let beside = [Vec3::Y * 50.0, Vec3::Y * 51.0, Vec3::new(0.0, 50.0, 1.0)];
+        assert_eq!(
+            Tiles::new(&view, &rays, &[beside])
+                .expect("few")
+                .faces
+                .len(),
+            0
+        );
+    }
+}
