@@ -26,79 +26,29 @@ fn side(a: vec2f, b: vec2f) -> i32 {
     return side_exact(a, b);
 }
 
+// For products that round to the same number. They differ by less than that number's
+// last place, 2²⁴ units of a 48-bit product, so the lowest 32 bits of the products of
+// the mantissas tell which is greater, once they count the same units. Without branches,
+// as software rasterizers run both sides of each.
 fn side_exact(a: vec2f, b: vec2f) -> i32 {
-    let order = compare_products(a.x, b.y, a.y, b.x);
-    if order != 0 {
-        return order;
-    }
-    if a.y != b.y {
-        return select(-1, 1, a.y > b.y);
-    }
-    if a.x != b.x {
-        return select(-1, 1, b.x > a.x);
-    }
-    return 0;
-}
-
-// An exact product of two f32: sign, a 48-bit magnitude with its top bit set (or
-// zero), and the power of two of its lowest bit.
-struct Product {
-    sign: i32,
-    exponent: i32,
-    high: u32, // the upper 24 bits
-    low: u32,  // the lower 24 bits
-}
-
-fn exact_product(a: f32, b: f32) -> Product {
-    let bits_a = bitcast<u32>(a);
-    let bits_b = bitcast<u32>(b);
-    let mantissa_a = mantissa(bits_a);
-    let mantissa_b = mantissa(bits_b);
-    if mantissa_a == 0u || mantissa_b == 0u {
-        return Product(0, 0, 0u, 0u);
-    }
-    // 24 x 24 bits by halves of 12.
-    let a1 = mantissa_a >> 12u;
-    let a0 = mantissa_a & 0xfffu;
-    let b1 = mantissa_b >> 12u;
-    let b0 = mantissa_b & 0xfffu;
-    let middle = a1 * b0 + a0 * b1; // under 2^25
-    let low_sum = a0 * b0 + ((middle & 0xfffu) << 12u); // under 2^25
-    var low = low_sum & 0xffffffu;
-    var high = a1 * b1 + (middle >> 12u) + (low_sum >> 24u);
-    var exponent = i32((bits_a >> 23u) & 0xffu) + i32((bits_b >> 23u) & 0xffu);
-    if high < 0x800000u { // 47 bits: the product of two normal numbers has 47 or 48
-        high = (high << 1u) | (low >> 23u);
-        low = (low << 1u) & 0xffffffu;
-        exponent -= 1;
-    }
-    let negative = ((bits_a ^ bits_b) >> 31u) == 1u;
-    return Product(select(1, -1, negative), exponent, high, low);
-}
-
-// Subnormal numbers count as zero, as hardware may flush them: the mesh is
-// normalized to size 1, so they are 2^-100 of its size.
-fn mantissa(bits: u32) -> u32 {
-    return select(0u, (bits & 0x7fffffu) | 0x800000u, ((bits >> 23u) & 0xffu) != 0u);
-}
-
-// The order of a b and c d, exact: -1, 0 or 1.
-fn compare_products(a: f32, b: f32, c: f32, d: f32) -> i32 {
-    let p = exact_product(a, b);
-    let q = exact_product(c, d);
-    if p.sign != q.sign {
-        return select(-1, 1, p.sign > q.sign);
-    }
-    if p.exponent != q.exponent {
-        return select(-p.sign, p.sign, p.exponent > q.exponent);
-    }
-    if p.high != q.high {
-        return select(-p.sign, p.sign, p.high > q.high);
-    }
-    if p.low != q.low {
-        return select(-p.sign, p.sign, p.low > q.low);
-    }
-    return 0;
+    let x = bitcast<vec4u>(vec4f(a.x, b.y, a.y, b.x));
+    let biased = (x >> vec4u(23u)) & vec4u(0xffu);
+    let mantissas = select(vec4u(0u), (x & vec4u(0x7fffffu)) | vec4u(0x800000u), biased != vec4u(0u));
+    let signs = select(vec4i(1), vec4i(-1), (x >> vec4u(31u)) == vec4u(1u))
+        * select(vec4i(1), vec4i(0), mantissas == vec4u(0u));
+    let left = signs.x * signs.y;
+    let right = signs.z * signs.w;
+    let exponents = vec4i(biased);
+    let apart = exponents.x + exponents.y - exponents.z - exponents.w;
+    // Mantissas' products are within a factor of 4, so only one place apart is a tie.
+    let shift = vec2u(max(vec2i(apart, -apart), vec2i(0))) & vec2u(31u);
+    let low = vec2u(mantissas.x * mantissas.y, mantissas.z * mantissas.w) << shift;
+    let nearly = select(left * sign(bitcast<i32>(low.x - low.y)), left * sign(apart), abs(apart) > 1);
+    let order = select(nearly, sign(left - right), left != right);
+    // An exact tie: the perturbed ray.
+    let across = select(0, select(-1, 1, b.x > a.x), a.x != b.x);
+    let tie = select(across, select(-1, 1, a.y > b.y), a.y != b.y);
+    return select(tie, order, order != 0);
 }
 
 // On which side all three edges of a crossed face pass, or 0 where it is not crossed.
