@@ -115,7 +115,7 @@ fn build(parts: &Parts) -> Result<TetMesh, Error> {
     let lattice = parts.lattice();
     let temperatures = Conduction::new(&lattice, parts).solve()?;
     let mut tetrahedra = lattice.tetrahedra_where(Split::Six, |cube| parts.metal(cube));
-    let used = lattice.used(&mut tetrahedra);
+    let used = lattice.used(tetrahedra.as_flattened_mut());
     let points = lattice.points();
     let scalars = Scalars {
         name: "temperature".into(),

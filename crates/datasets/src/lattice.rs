@@ -95,12 +95,12 @@ impl Lattice {
         points
     }
 
-    /// The points that `tetrahedra` use, increasing; the tetrahedra are renumbered
-    /// to be indices into them.
-    pub(crate) fn used(&self, tetrahedra: &mut [[u32; 4]]) -> Vec<u32> {
+    /// The points that cells have as `corners`, increasing; the corners are
+    /// renumbered to be indices into them.
+    pub(crate) fn used(&self, corners: &mut [u32]) -> Vec<u32> {
         let count: usize = self.axes.iter().map(Vec::len).product();
         let mut renumbered = vec![0u32; count];
-        for &p in tetrahedra.iter().flatten() {
+        for &p in corners.iter() {
             renumbered[p as usize] = 1;
         }
         let mut used = Vec::new();
@@ -110,7 +110,7 @@ impl Lattice {
                 used.push(p as u32);
             }
         }
-        for p in tetrahedra.iter_mut().flatten() {
+        for p in corners {
             *p = renumbered[*p as usize];
         }
         used

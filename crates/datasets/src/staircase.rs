@@ -6,14 +6,14 @@
 //! stand columns of 4 − max(i, j) cells, which are 4 + 3 · 3 + 5 · 2 = 23.
 
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{CameraFit, Error, Scalars, TetMesh};
+use tetrascope_core::{CameraFit, Cells, Error, Scalars, TetMesh};
 
-use crate::lattice::{Lattice, Split, nearest_factors};
+use crate::lattice::{Lattice, nearest_factors};
 use crate::{Dataset, Look, MOST_CELLS, knot};
 
 pub(crate) const DATASET: Dataset = Dataset {
     name: "staircase",
-    about: "23 cubes of one scalar, non-convex; sizes count cubes, of six tetrahedra each",
+    about: "23 hexahedra of one scalar, non-convex; sizes count hexahedra",
     paper: "Prakash, Manohar 1995, section 6.2 (cells and scalar; the shape is a reconstruction)",
     default_cells: 23,
     max_cells: MOST_CELLS / 6,
@@ -36,12 +36,26 @@ fn make(cells: u64, _seed: u64) -> Result<TetMesh, Error> {
     let lattice = Lattice {
         axes: [axis(0), axis(1), axis(2)],
     };
-    let inside = |cube: [usize; 3]| {
-        let [i, j, k] = [0, 1, 2].map(|a| cube[a] / parts[a]);
-        k < 4 - i.max(j)
+    let mut corners = Vec::new();
+    let [nx, ny, nz] = lattice.cubes();
+    let strides = lattice.strides();
+    for (k, j) in (0..nz).flat_map(|k| (0..ny).map(move |j| (k, j))) {
+        let is_inside = |i: &usize| k / parts[2] < 4 - (i / parts[0]).max(j / parts[1]);
+        for i in (0..nx).filter(is_inside) {
+            let first = i + j * strides[1] + k * strides[2];
+            // VTK's order: around the lower face, then around the upper one.
+            for (x, y, z) in HEXAHEDRON {
+                corners.push((first + x + y * strides[1] + z * strides[2]) as u32);
+            }
+        }
+    }
+    let used = lattice.used(&mut corners);
+    let count = corners.len() / HEXAHEDRON.len();
+    let cells = Cells {
+        types: vec![12; count],
+        offsets: (0..=count).map(|i| 8 * i as u64).collect(),
+        connectivity: corners.into_iter().map(u64::from).collect(),
     };
-    let mut tetrahedra = lattice.tetrahedra_where(Split::Six, inside);
-    let used = lattice.used(&mut tetrahedra);
     let points = lattice.points();
     let points: Vec<_> = used.iter().map(|&p| points[p as usize]).collect();
     let scalars = Scalars {
@@ -49,8 +63,20 @@ fn make(cells: u64, _seed: u64) -> Result<TetMesh, Error> {
         association: Association::Point,
         values: vec![1.0; points.len()],
     };
-    TetMesh::from_tetrahedra(points, tetrahedra, scalars)
+    TetMesh::new(points, &cells, scalars)
 }
+
+/// The corners of a VTK hexahedron in its cube.
+const HEXAHEDRON: [(usize, usize, usize); 8] = [
+    (0, 0, 0),
+    (1, 0, 0),
+    (1, 1, 0),
+    (0, 1, 0),
+    (0, 0, 1),
+    (1, 0, 1),
+    (1, 1, 1),
+    (0, 1, 1),
+];
 
 /// One color; a cell's edge takes away nearly half of the light.
 fn look() -> Look {
@@ -72,7 +98,8 @@ mod tests {
     #[test]
     fn there_are_23_cells_of_one_scalar() {
         let mesh = mesh(None);
-        assert_eq!(mesh.cell_count(), 6 * 23);
+        assert_eq!(mesh.report().cells_by_type.get(&12), Some(&23));
+        assert_eq!(mesh.source_cell(mesh.cell_count() - 1), 22);
         assert_eq!(mesh.scalar_range(), Some((1.0, 1.0)));
         // Unit cubes; sixths round.
         assert!((checks::volume(&mesh) - 23.0).abs() < 1e-13);
@@ -95,7 +122,7 @@ mod tests {
                 .sum();
             assert!((area - 54.0).abs() < 1e-10, "{area}");
             assert!((checks::volume(&mesh) - 23.0).abs() < 1e-10);
-            assert_eq!(mesh.cell_count() as u64, 6 * cells);
+            assert_eq!(mesh.source_cell(mesh.cell_count() - 1) as u64, cells - 1);
         }
     }
 }
