@@ -294,3 +294,140 @@ fn a_gaussian_converges_at_second_order() {
         "order {order}: {coarse} to {fine}"
     );
 }
+
+// Three limbs on a base: a ray along x meets them one after the other, each of its own
+// color: C = Σ cᵢ αᵢ Π Tⱼ over what is in front. A wrong order of re-entry would show.
+#[test]
+fn limbs_are_met_in_order() {
+    let (points, cells) = kuhn(5, DVec3::ZERO, DVec3::splat(5.0));
+    let center = |cell: &[u32; 4]| cell.iter().map(|&p| points[p as usize]).sum::<DVec3>() / 4.0;
+    let is_kept = |cell: &&[u32; 4]| {
+        let c = center(cell);
+        c.z < 1.0 || (c.x as usize).is_multiple_of(2)
+    };
+    let cells: Vec<_> = cells.iter().filter(is_kept).copied().collect();
+    let colors = [[0.9, 0.1, 0.2], [0.2, 0.8, 0.1], [0.1, 0.3, 0.7]];
+    let sigma = 0.4;
+    // Steps between the limbs.
+    let knots = [0.0, 1.5, 1.5, 3.5, 3.5, 5.0].into_iter().enumerate();
+    let knots = knots.map(|(i, x)| knot(x, colors[i / 2], sigma)).collect();
+    let look = appearance(knots, OpticalModel::EmissionAbsorption);
+    let truth = reference(&mesh((points.clone(), cells), |p| p.x), &look);
+    for (eye, ahead) in [([-4.0, 2.4, 3.1], 1.0), ([9.0, 2.7, 2.9], -1.0)] {
+        let projection = Projection::Perspective { view_angle: 8.0 };
+        let focus = [eye[0] + ahead, eye[1], eye[2]];
+        let view = view(eye, focus, [0.0, 0.0, 1.0], projection, 24);
+        let image = truth.render_exact(&view).expect("a valid view");
+        check(&image, &view, |ray| {
+            let mut limbs: Vec<usize> = vec![0, 1, 2];
+            if ahead < 0.0 {
+                limbs.reverse();
+            }
+            let (mut light, mut depth) = ([0.0; 3], 0.0f64);
+            for limb in limbs {
+                let low = DVec3::new(2.0 * limb as f64, 0.0, 1.0);
+                let high = DVec3::new(low.x + 1.0, 5.0, 5.0);
+                let (a, b) = box_interval(ray, low, high).expect("rays are nearly along x");
+                let tau = sigma * (b - a);
+                let seen = (-depth).exp() * -(-tau).exp_m1();
+                for (light, color) in light.iter_mut().zip(colors[limb]) {
+                    *light += color * seen;
+                }
+                depth += tau;
+            }
+            [light[0], light[1], light[2], -(-depth).exp_m1()]
+        });
+    }
+}
+
+// A ball of radius 1: the chord at the distance ρ from its center is 2 √(1 − ρ²). Its
+// mesh, cones over triangles with their corners on the sphere, is off by O(h²) inside.
+#[test]
+fn a_ball_converges_at_second_order() {
+    let ball = |n: usize| {
+        let mut points = vec![DVec3::ZERO, DVec3::Z, DVec3::NEG_Z];
+        let ring = |i: usize, j: usize| (3 + (i - 1) * 2 * n + j % (2 * n)) as u32;
+        for i in 1..n {
+            let (sin, cos) = (std::f64::consts::PI * i as f64 / n as f64).sin_cos();
+            for j in 0..2 * n {
+                let (y, x) = (std::f64::consts::PI * j as f64 / n as f64).sin_cos();
+                points.push(DVec3::new(sin * x, sin * y, cos));
+            }
+        }
+        let mut cells = Vec::new();
+        for j in 0..2 * n {
+            cells.push([0, 1, ring(1, j), ring(1, j + 1)]);
+            cells.push([0, 2, ring(n - 1, j), ring(n - 1, j + 1)]);
+            for i in 1..n - 1 {
+                let (a, b) = (ring(i, j), ring(i, j + 1));
+                let (c, d) = (ring(i + 1, j), ring(i + 1, j + 1));
+                cells.push([0, a, b, c]);
+                cells.push([0, b, c, d]);
+            }
+        }
+        mesh((points, cells), |_| 0.0)
+    };
+    let look = appearance(vec![knot(0.0, [1.0; 3], 1.0)], OpticalModel::Emission);
+    let projection = Projection::Orthographic {
+        parallel_scale: 0.55, // √2 · 0.55 < 0.8: clear of the silhouette
+    };
+    let view = view([3.0, 2.0, 1.0], [0.0; 3], [0.0, 0.0, 1.0], projection, 24);
+    let error = |n: usize| {
+        let image = reference(&ball(n), &look)
+            .render_exact(&view)
+            .expect("a valid view");
+        assert_eq!(image.inconsistent_pixels, 0);
+        let mut sum = 0.0;
+        for row in 0..view.height {
+            for column in 0..view.width {
+                let ray = view.ray(column, row);
+                let rho = ray.origin.cross(ray.direction).length_squared();
+                sum += (image.pixel(column, row)[0] - 2.0 * (1.0 - rho).sqrt()).powi(2);
+            }
+        }
+        sum.sqrt()
+    };
+    let (coarse, fine) = (error(16), error(32));
+    let order = (coarse / fine).log2();
+    assert!(
+        (1.8..2.2).contains(&order),
+        "order {order}: {coarse} to {fine}"
+    );
+}
+
+// Light that nothing hides: in parallel rays the image's sum times a pixel's area is
+// Σ V · mean(c σ) over cells, from every side. The field is a hat over one point, so
+// the picture is continuous and the midpoint rule of step h errs by about (h/w)²
+// of the sum on a support of width w = 1/2.
+#[test]
+fn emission_sums_to_the_same_from_every_side() {
+    let n = 4;
+    let hat = |p: DVec3| if p == DVec3::splat(0.5) { 1.0 } else { 0.0 };
+    let cube = cube(n, hat);
+    let total: f64 = (0..cube.cell_count())
+        .map(|cell| {
+            let [a, b, c, d] = cube.cell_points(cell);
+            let volume = (b - a).dot((c - a).cross(d - a)).abs() / 6.0;
+            volume * cube.cell_scalars(cell).iter().sum::<f64>() / 4.0
+        })
+        .sum();
+    let knots = vec![knot(0.0, [1.0; 3], 0.0), knot(1.0, [1.0; 3], 1.0)];
+    let truth = reference(&cube, &appearance(knots, OpticalModel::Emission));
+    let (size, half) = (96, 0.5);
+    let step = 2.0 * half / f64::from(size);
+    for eye in [
+        [2.3, 1.1, -1.7],
+        [0.5, 0.5, -2.0],
+        [2.5, 2.5, 2.5],
+        [0.4, -3.0, 0.9],
+    ] {
+        let projection = Projection::Orthographic {
+            parallel_scale: half,
+        };
+        let view = view(eye, [0.5; 3], [0.1, 0.9, 0.2], projection, size);
+        let image = truth.render_exact(&view).expect("a valid view");
+        let sum: f64 = image.pixels.iter().map(|p| p[0]).sum::<f64>() * step * step;
+        let error = (sum / total - 1.0).abs();
+        assert!(error <= (step / 0.5).powi(2), "from {eye:?}: {error:e}");
+    }
+}
