@@ -25,6 +25,9 @@ pub const MARKERS: [&str; 4] = ["●", "▲", "✕", "■"];
 const INK: RGBColor = RGBColor(0x44, 0x4a, 0x52);
 const FONT: &str = "system-ui, sans-serif";
 
+/// About how large a label is, as shares of the chart's width and height.
+const LABEL: (f64, f64) = (0.28, 0.045);
+
 /// An SVG of `size` pixels; `truth_ms` marks how long the ground truth took.
 ///
 /// `None` where no point has both a time and an error above 0.
@@ -75,6 +78,7 @@ pub fn error_against_time(
             let label = EmptyElement::at((ms.log10(), y.0)) + text;
             chart.draw_series([label]).expect("memory takes any chart");
         }
+        let mut labeled: Vec<(f64, f64)> = Vec::new();
         for one in series {
             let color = color(one.model);
             let points: Vec<_> = one.points.iter().filter(drawable).collect();
@@ -91,7 +95,20 @@ pub fn error_against_time(
             }
             .expect("memory takes any chart");
             for (at, (_, _, label)) in path.into_iter().zip(points) {
-                let text = Text::new(label.clone(), (9, -5), (FONT, 14).into_font().color(&INK));
+                let place = ((at.0 - x.0) / (x.1 - x.0), (at.1 - y.0) / (y.1 - y.0));
+                // A label over another could not be read; the table has them all.
+                let is_free = labeled.iter().all(|other| {
+                    (place.0 - other.0).abs() > LABEL.0 || (place.1 - other.1).abs() > LABEL.1
+                });
+                let label = if is_free {
+                    label.clone()
+                } else {
+                    String::new()
+                };
+                if is_free {
+                    labeled.push(place);
+                }
+                let text = Text::new(label, (9, -5), (FONT, 14).into_font().color(&INK));
                 let filled = color.filled();
                 match one.algorithm % MARKERS.len() {
                     0 => chart
@@ -204,6 +221,22 @@ mod tests {
         for text in ["centroid", "per-pixel", "10⁻⁶", "RMSE", "reference"] {
             assert!(svg.contains(text), "{text}");
         }
+    }
+
+    #[test]
+    fn no_label_covers_another() {
+        let series = Series {
+            algorithm: 1,
+            model: 1,
+            points: vec![
+                (1.0, 1.0e-3, "first".into()),
+                (1.1, 1.1e-3, "second".into()),
+                (900.0, 1e-3, "third".into()),
+            ],
+        };
+        let svg = error_against_time(&[series], None, (480, 320)).expect("three points");
+        assert!(svg.contains("first") && svg.contains("third"));
+        assert!(!svg.contains("second"));
     }
 
     #[test]
