@@ -30,6 +30,18 @@ pub struct FrameStats {
     pub paths: Option<u64>,
     /// Rays that cross the boundary an odd number of times, which should never happen.
     pub unpaired_faces: Option<u64>,
+    /// Rays that were given up inside the mesh, or came out where they do not cross it.
+    pub lost_rays: Option<u64>,
+    /// Layers of boundary faces from which rays began.
+    pub layers: Option<u64>,
+    /// Parts of the image that some ray of theirs made worth drawing.
+    pub tiles_drawn: Option<u64>,
+    /// Parts of the image that no ray through the volume touches.
+    pub tiles_skipped: Option<u64>,
+    /// The least and the greatest number of steps' passes among the tiles drawn.
+    pub tile_passes: Option<[u64; 2]>,
+    /// Fragments that the passes of all tiles sent for a step, idle rays included.
+    pub fragments: Option<u64>,
     /// Cells sent to the rasterizer.
     pub cells_drawn: Option<u64>,
     /// Cells left out because they have no volume, or map to nothing.

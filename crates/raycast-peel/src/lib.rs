@@ -32,6 +32,7 @@ mod layout;
 mod options;
 mod rays;
 mod renderer;
+mod single;
 mod tiles;
 
 pub use options::{Locality, RaycastOptions};

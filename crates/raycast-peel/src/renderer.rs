@@ -1,203 +1,15 @@
-//! The renderer: what is uploaded when, and the one dispatch of a frame.
+//! The renderer, whichever way it takes its steps.
 
-use std::time::Instant;
+use tetrascope_core::{Appearance, Error, Frame, View, Volume, VolumeRenderer};
+use tetrascope_gpu::{Gpu, wgpu};
 
-use tetrascope_core::glam::{DVec3, Vec3};
-use tetrascope_core::mesh::Association;
-use tetrascope_core::{
-    Appearance, Error, Frame, FrameStats, OpticalModel, Scalars, TetMesh, View, Volume,
-    VolumeRenderer,
-};
-use tetrascope_gpu::memory::{ReadBack, Source};
-use tetrascope_gpu::transfer_function::{Interval, intervals};
-use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, timer};
-
-use crate::gpu_data::{Counters, March};
-use crate::layout::Layout;
-use crate::options::{Locality, RaycastOptions};
-use crate::rays::Rays;
-use crate::tiles::{TILE, Tiles};
-
-/// In place of a scalar that is not a number, as WGSL promises nothing for NaN.
-/// Mapped scalars stay below 10³⁰; the shader takes anything from 10³⁴ on for this,
-/// so it still shows where a face's weights reduce it.
-const TRANSPARENT_SCALAR: f32 = 1e38;
+use crate::options::RaycastOptions;
+use crate::single::Single;
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
 pub struct RaycastPeel {
-    gpu: Gpu,
-    options: RaycastOptions,
-    mesh: Mesh,
-    style: Style,
-    timer: Option<Timer>,
-}
-
-/// What `reload` changes.
-#[derive(Debug)]
-struct Mesh {
-    source: TetMesh,
-    normalization: Normalization,
-    scalar_map: ScalarMap,
-    layout: Layout,
-    /// The corners of each boundary face, normalized.
-    faces: Vec<[Vec3; 3]>,
-    /// No ray is longer in a cell than this, normalized.
-    longest_edge: f32,
-    positions: wgpu::Buffer,
-    scalars: wgpu::Buffer,
-    cells: wgpu::Buffer,
-    boundary: wgpu::Buffer,
-}
-
-/// What `restyle` changes.
-#[derive(Debug)]
-struct Style {
-    appearance: Appearance,
-    pipeline: wgpu::ComputePipeline,
-    intervals: wgpu::Buffer,
-}
-
-impl Mesh {
-    fn new(
-        gpu: &Gpu,
-        source: &TetMesh,
-        scalar_map: ScalarMap,
-        locality: Locality,
-    ) -> Result<Mesh, Error> {
-        let normalization = Normalization::of(&source.bounds());
-        let layout = Layout::new(source, locality);
-        let position = |&point: &u32| normalization.position(source.points()[point as usize]);
-        let positions: Vec<Vec3> = layout.vertex_order.iter().map(position).collect();
-        let corners = |face: &[u32; 4]| [0, 1, 2].map(|i| positions[face[i] as usize]);
-        let usage = BufferUsages::STORAGE;
-        let scalar_count = match source.scalars().association {
-            Association::Point => layout.vertex_order.len(),
-            Association::Cell => layout.cell_order.len(),
-        };
-        let scalar_bytes = (4 * scalar_count as u64).max(4);
-        let mesh = Mesh {
-            longest_edge: longest_edge(source, &normalization),
-            faces: layout.boundary.iter().map(corners).collect(),
-            positions: gpu.upload("raycast-peel::positions", &positions, usage)?,
-            cells: gpu.upload("raycast-peel::cells", &layout.cells, usage)?,
-            boundary: gpu.upload("raycast-peel::boundary", &layout.boundary, usage)?,
-            scalars: gpu.buffer(
-                "raycast-peel::scalars",
-                scalar_bytes,
-                usage | BufferUsages::COPY_DST,
-            )?,
-            source: source.clone(),
-            normalization,
-            layout,
-            scalar_map,
-        };
-        mesh.write_scalars(gpu)?;
-        Ok(mesh)
-    }
-
-    /// Uploads the scalars alone.
-    fn write_scalars(&self, gpu: &Gpu) -> Result<(), Error> {
-        let Scalars {
-            association,
-            values,
-            ..
-        } = self.source.scalars();
-        let mapped = |index: usize| match values[index] {
-            value if value.is_nan() => TRANSPARENT_SCALAR,
-            value => self.scalar_map.scalar(value),
-        };
-        let scalars: Vec<f32> = match association {
-            Association::Point => self
-                .layout
-                .vertex_order
-                .iter()
-                .map(|&v| mapped(v as usize))
-                .collect(),
-            Association::Cell => {
-                let source = |&cell: &u32| mapped(self.source.source_cell(cell as usize));
-                self.layout.cell_order.iter().map(source).collect()
-            }
-        };
-        gpu.write("raycast-peel::scalars", &self.scalars, &scalars)
-    }
-}
-
-impl Style {
-    fn new(gpu: &Gpu, mesh: &Mesh, appearance: &Appearance) -> Result<Style, Error> {
-        let intervals = intervals(
-            &appearance.transfer_function,
-            &mesh.scalar_map,
-            &mesh.normalization,
-        );
-        let per_cell = mesh.source.scalars().association == Association::Cell;
-        let constants = [
-            ("MODEL", f64::from(model_index(appearance.optical_model)?)),
-            ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
-            ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
-        ];
-        let pipeline = gpu.checked("raycast-peel::cast", 0, || {
-            let module = gpu
-                .device()
-                .create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some("raycast-peel::cast"),
-                    source: wgpu::ShaderSource::Wgsl(
-                        tetrascope_shaders::raycast_peel::MARCH.into(),
-                    ),
-                });
-            gpu.device()
-                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some("raycast-peel::cast"),
-                    layout: None,
-                    module: &module,
-                    entry_point: Some("cs_cast"),
-                    compilation_options: wgpu::PipelineCompilationOptions {
-                        constants: &constants,
-                        ..Default::default()
-                    },
-                    cache: None,
-                })
-        })?;
-        Ok(Style {
-            appearance: appearance.clone(),
-            pipeline,
-            intervals: gpu.upload("raycast-peel::intervals", &intervals, BufferUsages::STORAGE)?,
-        })
-    }
-}
-
-fn longest_edge(mesh: &TetMesh, normalization: &Normalization) -> f32 {
-    let edges = |cell| {
-        let [a, b, c, d]: [DVec3; 4] = mesh.cell_points(cell);
-        let squares = [a - b, a - c, a - d, b - c, b - d, c - d].map(DVec3::length_squared);
-        squares.into_iter().fold(0.0, f64::max)
-    };
-    let longest = (0..mesh.cell_count()).map(edges).fold(0.0, f64::max);
-    (longest.sqrt() / normalization.scale) as f32
-}
-
-/// A bound of the optical depth of a cell; what only deeper ones need is not compiled.
-fn deepest(intervals: &[Interval], longest_edge: f32) -> f64 {
-    let extinctions = intervals.iter().flat_map(|i| [i.at_low[3], i.at_high[3]]);
-    let greatest = f64::from(extinctions.fold(0.0, f32::max));
-    // Lengths and depths are rounded on the way.
-    (1.001 * greatest * f64::from(longest_edge)).min(1e30)
-}
-
-/// The shaders' number of a model.
-fn model_index(model: OpticalModel) -> Result<u8, Error> {
-    match model {
-        OpticalModel::EmissionAbsorption => Ok(0),
-        OpticalModel::Emission => Ok(1),
-        OpticalModel::Absorption => Ok(2),
-        OpticalModel::MaximumIntensity => Ok(3),
-        other => Err(Error::Unsupported {
-            renderer: "raycast-peel",
-            what: format!("the optical model {}", other.name()),
-            reason: "it has no shader".into(),
-        }),
-    }
+    single: Single,
 }
 
 impl RaycastPeel {
@@ -211,227 +23,42 @@ impl RaycastPeel {
         appearance: &Appearance,
         options: &RaycastOptions,
     ) -> Result<RaycastPeel, Error> {
-        let map = ScalarMap::of(&appearance.transfer_function);
-        let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options.locality)?;
         Ok(RaycastPeel {
-            style: Style::new(gpu, &mesh, appearance)?,
-            mesh,
-            gpu: gpu.clone(),
-            options: *options,
-            timer: Timer::new(gpu)?,
+            single: Single::new(gpu, volume, appearance, options)?,
         })
     }
 
     /// Bytes on the device between frames, the image not counted.
     pub fn bytes_resident(&self) -> u64 {
-        let Mesh {
-            positions,
-            scalars,
-            cells,
-            boundary,
-            ..
-        } = &self.mesh;
-        [positions, scalars, cells, boundary, &self.style.intervals]
-            .iter()
-            .map(|buffer| buffer.size())
-            .sum()
+        self.single.bytes_resident()
     }
 
     /// Records one frame into `image`, an Rgba32Float storage texture as large as
     /// the view; the caller submits. What the frame did is in the buffer returned,
     /// once the commands have run.
+    ///
+    /// # Errors
+    /// A view that is no view, and more pairs of tile and boundary face than 32 bits count.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         view: &View,
         image: &wgpu::TextureView,
     ) -> Result<wgpu::Buffer, Error> {
-        view.validate()?;
-        let rays = Rays::new(view, &self.mesh.normalization);
-        let tiles = Tiles::new(view, &rays, &self.mesh.faces).ok_or_else(|| Error::TooLarge {
-            what: "the boundary faces of all tiles".into(),
-            needed: u64::from(u32::MAX) + 1,
-            limit: u64::from(u32::MAX),
-            unit: "pairs of tile and face",
-        })?;
-        let march = self.march(view, &rays);
-        let uniform = self
-            .gpu
-            .upload("raycast-peel::march", &[march], BufferUsages::UNIFORM)?;
-        let storage = BufferUsages::STORAGE;
-        let starts = self
-            .gpu
-            .upload("raycast-peel::tile_starts", &tiles.starts, storage)?;
-        let faces = self
-            .gpu
-            .upload("raycast-peel::tile_faces", &tiles.faces, storage)?;
-        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        let counters = self
-            .gpu
-            .upload("raycast-peel::counters", &[Counters::default()], usage)?;
-        let Style {
-            pipeline,
-            intervals,
-            ..
-        } = &self.style;
-        let group = |index: u32, resources: &[wgpu::BindingResource]| {
-            let entries: Vec<wgpu::BindGroupEntry> = (0..)
-                .zip(resources)
-                .map(|(binding, resource)| wgpu::BindGroupEntry {
-                    binding,
-                    resource: resource.clone(),
-                })
-                .collect();
-            self.gpu
-                .device()
-                .create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some("raycast-peel::cast"),
-                    layout: &pipeline.get_bind_group_layout(index),
-                    entries: &entries,
-                })
-        };
-        let Mesh {
-            positions,
-            scalars,
-            cells,
-            boundary,
-            ..
-        } = &self.mesh;
-        let volume = [positions, scalars, cells, boundary].map(|b| b.as_entire_binding());
-        self.gpu.checked("raycast-peel::cast", 0, || {
-            let frame = [
-                uniform.as_entire_binding(),
-                wgpu::BindingResource::TextureView(image),
-                counters.as_entire_binding(),
-                starts.as_entire_binding(),
-                faces.as_entire_binding(),
-            ];
-            let groups = [
-                group(0, &frame),
-                group(1, &volume),
-                group(2, &[intervals.as_entire_binding()]),
-            ];
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("raycast-peel::cast"),
-                timestamp_writes: self.timer.as_ref().map(Timer::only_compute_pass),
-            });
-            pass.set_pipeline(pipeline);
-            for (index, group) in (0..).zip(&groups) {
-                pass.set_bind_group(index, group, &[]);
-            }
-            pass.dispatch_workgroups(view.width.div_ceil(TILE), view.height.div_ceil(TILE), 1);
-        })?;
-        Ok(counters)
-    }
-
-    fn march(&self, view: &View, rays: &Rays) -> March {
-        let extended = |v: DVec3, w: f32| v.as_vec3().extend(w).to_array();
-        March {
-            anchor: extended(rays.anchor, 0.0),
-            anchor_x: extended(rays.anchor_x, 0.0),
-            anchor_y: extended(rays.anchor_y, 0.0),
-            eye: extended(rays.eye, if rays.is_point { 1.0 } else { 0.0 }),
-            background: view.premultiplied_background().map(|c| c as f32),
-            eye_depth: rays.eye_depth as f32,
-            width: view.width,
-            height: view.height,
-            tiles_x: view.width.div_ceil(TILE),
-            stop_depth: self.options.stop_depth(),
-            padding_0: 0,
-            padding_1: 0,
-            padding_2: 0,
-        }
-    }
-}
-
-fn tetrahedra(volume: &Volume) -> Result<&TetMesh, Error> {
-    match volume {
-        Volume::Mesh(mesh) => Ok(mesh),
-        _ => Err(Error::Unsupported {
-            renderer: "raycast-peel",
-            what: "a grid".into(),
-            reason: "it walks from tetrahedron to tetrahedron".into(),
-        }),
+        self.single.encode(encoder, view, image)
     }
 }
 
 impl VolumeRenderer for RaycastPeel {
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
-        let source = tetrahedra(volume)?;
-        let same_kind = source.scalars().association == self.mesh.source.scalars().association;
-        if source.shares_geometry(&self.mesh.source) && same_kind {
-            self.mesh.source = source.clone();
-            return self.mesh.write_scalars(&self.gpu);
-        }
-        let map = ScalarMap::of(&self.style.appearance.transfer_function);
-        let mesh = Mesh::new(&self.gpu, source, map, self.options.locality)?;
-        self.style = Style::new(&self.gpu, &mesh, &self.style.appearance)?;
-        self.mesh = mesh;
-        Ok(())
+        self.single.reload(volume)
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        if !self.mesh.scalar_map.suits(&appearance.transfer_function) {
-            self.mesh.scalar_map = ScalarMap::of(&appearance.transfer_function);
-            self.mesh.write_scalars(&self.gpu)?;
-        }
-        self.style = Style::new(&self.gpu, &self.mesh, appearance)?;
-        Ok(())
+        self.single.restyle(appearance)
     }
 
     fn render(&self, view: &View) -> Result<Frame, Error> {
-        view.validate()?;
-        let start = Instant::now();
-        let image = self.gpu.texture(
-            "raycast-peel::image",
-            (view.width, view.height),
-            TextureFormat::Rgba32Float,
-            TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC,
-        )?;
-        let mut encoder = self
-            .gpu
-            .device()
-            .create_command_encoder(&Default::default());
-        let counters = self.encode(&mut encoder, view, &image.create_view(&Default::default()))?;
-        let gpu = &self.gpu;
-        let pixels = read_back(gpu, &mut encoder, Source::Texture(&image))?;
-        let counters = read_back(
-            gpu,
-            &mut encoder,
-            Source::Buffer(&counters, size_of::<Counters>() as u64),
-        )?;
-        let times = self
-            .timer
-            .as_ref()
-            .map(|timer| timer.resolve(gpu, &mut encoder))
-            .transpose()?;
-        gpu.finish(encoder)?;
-        let pixels: Vec<[f32; 4]> = pixels.read()?;
-        let mut stats = FrameStats::default();
-        count(&mut stats, counters)?;
-        stats.passes = 1;
-        stats.bytes_resident = self.bytes_resident();
-        stats.gpu_seconds = times.map(|t| timer::seconds(gpu, t)).transpose()?.flatten();
-        stats.cpu_seconds = start.elapsed().as_secs_f64();
-        Ok(Frame {
-            width: view.width,
-            height: view.height,
-            pixels,
-            stats,
-        })
+        self.single.render(view)
     }
-}
-
-fn count(stats: &mut FrameStats, counters: ReadBack) -> Result<(), Error> {
-    let counters: Vec<Counters> = counters.read()?;
-    let [counters] = counters[..] else {
-        return Err(Error::Device {
-            reason: "the counters did not come back".into(),
-        });
-    };
-    let high = u64::from(counters.cell_visits_high) << 32;
-    stats.cell_visits = Some(high | u64::from(counters.cell_visits_low));
-    stats.paths = Some(counters.paths.into());
-    stats.unpaired_faces = Some(counters.unpaired_faces.into());
-    Ok(())
 }
