@@ -47,7 +47,7 @@ fn frames(criterion: &mut Criterion) {
                     renderer.restyle(&scene.appearance).expect("drawn before");
                 });
             });
-            for model in OpticalModel::ALL {
+            for model in OpticalModel::VOLUMETRIC {
                 let mut appearance = scene.appearance.clone();
                 appearance.optical_model = model;
                 if (algorithm.supports)(volume, &appearance, &scene.view).is_err() {

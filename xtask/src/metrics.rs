@@ -87,12 +87,11 @@ mod tests {
     use tetrascope::core::FrameStats;
 
     fn frame(width: u32, pixels: &[[f32; 4]]) -> Frame {
-        Frame {
-            width,
-            height: pixels.len() as u32 / width,
-            pixels: pixels.to_vec(),
-            stats: FrameStats::default(),
-        }
+        Frame::new(
+            (width, pixels.len() as u32 / width),
+            pixels.to_vec(),
+            FrameStats::default(),
+        )
     }
 
     #[test]

@@ -94,12 +94,7 @@ mod tests {
     use tetrascope::core::FrameStats;
 
     fn one(pixel: [f32; 4]) -> Frame {
-        Frame {
-            width: 1,
-            height: 1,
-            pixels: vec![pixel],
-            stats: FrameStats::default(),
-        }
+        Frame::new((1, 1), vec![pixel], FrameStats::default())
     }
 
     #[test]

@@ -342,12 +342,7 @@ mod tests {
     use tetrascope::core::FrameStats;
 
     fn frame(value: f32) -> Frame {
-        Frame {
-            width: 2,
-            height: 1,
-            pixels: vec![[value; 4]; 2],
-            stats: FrameStats::default(),
-        }
+        Frame::new((2, 1), vec![[value; 4]; 2], FrameStats::default())
     }
 
     #[test]

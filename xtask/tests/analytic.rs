@@ -340,12 +340,7 @@ fn expected(case: &Case, model: OpticalModel, view: &View) -> Frame {
             pixels.push([color.x, color.y, color.z, alpha].map(|x| x as f32));
         }
     }
-    Frame {
-        width: view.width,
-        height: view.height,
-        pixels,
-        stats: FrameStats::default(),
-    }
+    Frame::new((view.width, view.height), pixels, FrameStats::default())
 }
 
 /// The root mean square and the greatest difference that rounding explains.
@@ -377,12 +372,11 @@ fn every_renderer_agrees_with_the_closed_forms() {
     for algorithm in algorithms("closed forms") {
         for case in cases() {
             let volume = Volume::Mesh(case.mesh.clone());
-            for model in OpticalModel::ALL {
-                let appearance = Appearance {
-                    transfer_function: TransferFunction::new(case.knots.clone())
-                        .expect("valid knots"),
-                    optical_model: model,
-                };
+            for model in OpticalModel::VOLUMETRIC {
+                let appearance = Appearance::new(
+                    TransferFunction::new(case.knots.clone()).expect("valid knots"),
+                    model,
+                );
                 for (from, view) in views(case.background) {
                     let expected = expected(&case, model, &view);
                     for setting in algorithm.sweep {
@@ -423,10 +417,10 @@ fn lengths_sum_to_the_volume() {
         height: side,
         ..view
     };
-    let appearance = Appearance {
-        transfer_function: TransferFunction::new(vec![knot(0.0, DVec3::ONE, 1.0)]).expect("valid"),
-        optical_model: OpticalModel::Emission,
-    };
+    let appearance = Appearance::new(
+        TransferFunction::new(vec![knot(0.0, DVec3::ONE, 1.0)]).expect("valid"),
+        OpticalModel::Emission,
+    );
     let pixel_area = (2.0 * 1.6 / f64::from(side)).powi(2);
     for algorithm in algorithms("volume") {
         let Some(frame) = draw(algorithm, "", &volume, &appearance, &view) else {

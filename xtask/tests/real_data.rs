@@ -39,7 +39,7 @@ fn compare(test: &str, file: &SceneFile, rmse: fn(OpticalModel) -> f64) {
     let volume = tetrascope::volumes::load(&file.volume)
         .expect("a valid file")
         .volume;
-    for model in OpticalModel::ALL {
+    for model in OpticalModel::VOLUMETRIC {
         let scene = xtask::compare::resolve(file, model, &volume).expect("a valid scene");
         let expected = truth(&volume, &scene.appearance, &scene.view);
         assert!(

@@ -9,6 +9,10 @@ pub struct Frame {
     pub height: u32,
     /// Premultiplied linear RGBA, row-major, top row first, `width * height` texels.
     pub pixels: Vec<[f32; 4]>,
+    /// In the model `Isosurfaces`: how far along its ray each pixel's surface is, world
+    /// units, infinite where there is none; laid out as `pixels`. An orthographic ray
+    /// starts in the camera's plane.
+    pub depths: Option<Vec<f32>>,
     /// What it took.
     pub stats: FrameStats,
 }
@@ -72,6 +76,18 @@ pub struct FrameStats {
 }
 
 impl Frame {
+    /// A frame without depths.
+    pub fn new(size: (u32, u32), pixels: Vec<[f32; 4]>, stats: FrameStats) -> Frame {
+        let (width, height) = size;
+        Frame {
+            width,
+            height,
+            pixels,
+            depths: None,
+            stats,
+        }
+    }
+
     /// The pixel in (column, row), row 0 at the top.
     pub fn pixel(&self, column: u32, row: u32) -> [f32; 4] {
         self.pixels[row as usize * self.width as usize + column as usize]

@@ -29,7 +29,10 @@ pub mod transfer_function;
 pub mod view;
 pub mod volume;
 
-pub use appearance::{Appearance, OpticalModel};
+pub use appearance::{
+    Abilities, Appearance, ClipPlane, DepthCue, DirectionalLight, Isosurface, Lighting,
+    OpticalModel,
+};
 pub use camera::{Camera, CameraFit, Projection, Ray};
 pub use error::{Error, ErrorKind};
 pub use frame::{Frame, FrameStats};

@@ -13,8 +13,8 @@ use crate::camera::DEFAULT_VIEW_ANGLE;
 use crate::colormap::Colormap;
 use crate::view::{BLACK, TRANSPARENT};
 use crate::{
-    Appearance, Camera, CameraFit, Error, Knot, OpticalModel, Projection, TransferFunction, View,
-    Volume,
+    Appearance, Camera, CameraFit, ClipPlane, DepthCue, DirectionalLight, Error, Isosurface, Knot,
+    Lighting, OpticalModel, Projection, TransferFunction, View, Volume,
 };
 
 /// The version of the scene format that this crate reads and writes.
@@ -139,9 +139,35 @@ pub struct AppearanceSpec {
     /// The distance over which the color map's opacity counts, world units.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit_distance: Option<f64>,
-    /// Knots by increasing scalar; excludes the three above.
+    /// How much light the farthest point loses, 0 to 1; no depth cue unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth_cue: Option<f64>,
+    /// Share of a surface's color that shows without light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ambient: Option<f64>,
+    /// Knots by increasing scalar; excludes `colormap`, `range` and `unit_distance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub transfer_function: Option<Vec<Knot>>,
+    /// For the model `isosurfaces`: the middle of the range unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub isosurfaces: Option<Vec<IsosurfaceSpec>>,
+    /// Lights on surfaces; one at the eye unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lights: Option<Vec<DirectionalLight>>,
+    /// What lies behind any of these is cut away.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clip_planes: Option<Vec<ClipPlane>>,
+}
+
+/// An isosurface as written.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct IsosurfaceSpec {
+    /// In the field's own units.
+    pub value: f64,
+    /// Linear RGB; the transfer function's at `value` unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub color: Option<DVec3>,
 }
 
 /// A complete scene.
@@ -226,12 +252,24 @@ impl SceneFile {
         let view = self.view(volume, model, &mut defaults)?;
         view.validate()?;
         let transfer_function = self.transfer_function(volume, model, &mut defaults)?;
+        let spec = &self.appearance;
+        let isosurfaces = isosurfaces(spec, volume, model, &transfer_function, &mut defaults)?;
+        let lighting = Lighting {
+            ambient: spec.ambient.unwrap_or(Lighting::default().ambient),
+            lights: spec.lights.clone().unwrap_or_default(),
+        };
+        let appearance = Appearance {
+            transfer_function,
+            optical_model: model,
+            isosurfaces,
+            lighting,
+            depth_cue: spec.depth_cue.map(|strength| DepthCue { strength }),
+            clip_planes: spec.clip_planes.clone().unwrap_or_default(),
+        };
+        appearance.validate()?;
         Ok(Scene {
             source: self.volume.clone(),
-            appearance: Appearance {
-                transfer_function,
-                optical_model: model,
-            },
+            appearance,
             view,
             defaults,
         })
@@ -320,6 +358,41 @@ impl SceneFile {
         });
         TransferFunction::from_colormap(map, range, unit_distance, COLORMAP_KNOTS)
     }
+}
+
+fn isosurfaces(
+    spec: &AppearanceSpec,
+    volume: &Volume,
+    model: OpticalModel,
+    transfer_function: &TransferFunction,
+    defaults: &mut Vec<String>,
+) -> Result<Vec<Isosurface>, Error> {
+    let written = match &spec.isosurfaces {
+        Some(written) => written.clone(),
+        None if model != OpticalModel::Isosurfaces => Vec::new(),
+        None => {
+            let (low, high) = volume.scalar_range().ok_or_else(|| Error::Invalid {
+                what: "the field has no finite value in any cell".into(),
+                help: Some(
+                    "choose another field with --field; `tetrascope info` lists them".into(),
+                ),
+            })?;
+            let value = 0.5 * low + 0.5 * high;
+            defaults.push(format!(
+                "isosurface: {value}, the middle of the field's range"
+            ));
+            vec![IsosurfaceSpec { value, color: None }]
+        }
+    };
+    let complete = |written: IsosurfaceSpec| {
+        let IsosurfaceSpec { value, color } = written;
+        let mapped = || transfer_function.sample(value).map(|(color, _)| color);
+        Isosurface {
+            value,
+            color: color.or_else(mapped).unwrap_or(DVec3::ONE),
+        }
+    };
+    Ok(written.into_iter().map(complete).collect())
 }
 
 impl CameraSpec {
@@ -451,11 +524,7 @@ impl Scene {
                 height: Some(view.height),
                 background: Some(view.background),
             },
-            appearance: AppearanceSpec {
-                optical_model: Some(appearance.optical_model),
-                transfer_function: Some(appearance.transfer_function.knots().to_vec()),
-                ..AppearanceSpec::default()
-            },
+            appearance: AppearanceSpec::of(appearance),
         }
     }
 
@@ -463,6 +532,40 @@ impl Scene {
     pub fn to_toml(&self) -> String {
         toml::to_string(&self.to_file()).expect("a scene has only tables, numbers and strings")
     }
+}
+
+impl AppearanceSpec {
+    /// What `appearance` has, apart from defaults.
+    fn of(appearance: &Appearance) -> AppearanceSpec {
+        let Appearance {
+            transfer_function,
+            optical_model,
+            isosurfaces,
+            lighting,
+            depth_cue,
+            clip_planes,
+        } = appearance;
+        let surface = |surface: &Isosurface| IsosurfaceSpec {
+            value: surface.value,
+            color: Some(surface.color),
+        };
+        let surfaces: Vec<_> = isosurfaces.iter().map(surface).collect();
+        let is_lit = *optical_model == OpticalModel::Isosurfaces;
+        AppearanceSpec {
+            optical_model: Some(*optical_model),
+            depth_cue: depth_cue.map(|cue| cue.strength),
+            ambient: is_lit.then_some(lighting.ambient),
+            transfer_function: Some(transfer_function.knots().to_vec()),
+            isosurfaces: unless_empty(&surfaces),
+            lights: unless_empty(&lighting.lights),
+            clip_planes: unless_empty(clip_planes),
+            ..AppearanceSpec::default()
+        }
+    }
+}
+
+fn unless_empty<T: Clone>(list: &[T]) -> Option<Vec<T>> {
+    (!list.is_empty()).then(|| list.to_vec())
 }
 
 /// Line and column, from 1, of byte `offset`.
@@ -498,6 +601,12 @@ mod tests {
         for model in OpticalModel::ALL {
             let mut file = SceneFile::new(VolumeSource::default());
             file.appearance.optical_model = Some(model);
+            file.appearance.depth_cue = Some(0.5);
+            file.appearance.clip_planes = Some(ClipPlane::of_box(&tet().bounds()).to_vec());
+            file.appearance.lights = Some(vec![DirectionalLight {
+                toward: DVec3::X,
+                color: DVec3::ONE,
+            }]);
             let scene = file.resolve(&tet()).expect("defaults suffice");
             assert!(!scene.defaults.is_empty());
             let again =
@@ -550,6 +659,10 @@ mod tests {
             "[camera]\nposition = [9.0, 0.0, 0.0]\nfocal_point = [9.0, 0.0, 0.0]",
             "[appearance]\nrange = [2.0, 1.0]",
             "[appearance]\nunit_distance = -1.0",
+            "[appearance]\ndepth_cue = 2.0",
+            "[appearance]\nambient = -1.0",
+            "[appearance]\nisosurfaces = [{ value = nan }]",
+            "[appearance]\nclip_planes = [{ point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 0.0] }]",
             "[image]\nwidth = 0",
         ] {
             let scene = SceneFile::parse(&format!("version = 1\n{text}"), Path::new("a.toml"))

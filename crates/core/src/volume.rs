@@ -64,6 +64,17 @@ impl Bounds {
         })
     }
 
+    /// The eight corners, x fastest.
+    pub fn corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|i| {
+            let pick = |axis: usize| match i >> axis & 1 {
+                0 => self.min[axis],
+                _ => self.max[axis],
+            };
+            DVec3::new(pick(0), pick(1), pick(2))
+        })
+    }
+
     /// Whether the box contains no point.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()

@@ -84,7 +84,7 @@ fn on_device(
 }
 
 fn index(model: OpticalModel) -> u32 {
-    let position = OpticalModel::ALL.iter().position(|m| *m == model);
+    let position = OpticalModel::VOLUMETRIC.iter().position(|m| *m == model);
     position.expect("ALL has every model") as u32
 }
 
@@ -147,7 +147,7 @@ fn every_model_matches_the_reference_integral() {
     };
     let probes = probes(1);
     let tf = bumps(1.0);
-    for model in OpticalModel::ALL {
+    for model in OpticalModel::VOLUMETRIC {
         let answers = on_device(&gpu, &tf, model, &probes);
         let mut worst = 0.0_f64;
         for (probe, (answer, opacity)) in probes.iter().zip(&answers) {

@@ -58,3 +58,15 @@ mod volume;
 
 pub use options::{CellLayout, ExitSearch, Integration, Order, ProjectionOptions};
 pub use renderer::Projection;
+
+use tetrascope_core::Abilities;
+
+/// The name in lists and messages.
+pub const NAME: &str = "projection";
+
+/// What it draws beyond the volumetric optical models.
+pub const ABILITIES: Abilities = Abilities {
+    isosurfaces: false,
+    depth_cue: false,
+    clip_planes: false,
+};

@@ -19,6 +19,7 @@ use crate::passes::lists::{self, ListPass};
 use crate::passes::order::{OrderData, OrderPass};
 use crate::tiles::{boxes, tiles};
 use crate::volume::{Field, Geometry, Look, mesh_of};
+use crate::{ABILITIES, NAME};
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
@@ -84,6 +85,7 @@ impl Projection {
         appearance: &Appearance,
         options: &ProjectionOptions,
     ) -> Result<Projection, Error> {
+        ABILITIES.check(NAME, appearance)?;
         let mesh = mesh_of(volume)?;
         let cell_pass = CellPass::new(gpu)?;
         let mut sorter = Sorter::None;
@@ -290,6 +292,7 @@ impl VolumeRenderer for Projection {
     /// Uploads the transfer function and which cells it leaves to draw; scalars only
     /// if its range moved so far that f32 would run out of digits.
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        ABILITIES.check(NAME, appearance)?;
         let model = appearance.optical_model;
         self.sorter
             .prepare(&self.gpu, &self.options, &self.cell_pass, model)?;
@@ -333,12 +336,7 @@ impl VolumeRenderer for Projection {
             stats.gpu_seconds = timer::seconds(gpu, times)?;
         }
         stats.cpu_seconds = start.elapsed().as_secs_f64();
-        Ok(Frame {
-            width: view.width,
-            height: view.height,
-            pixels,
-            stats,
-        })
+        Ok(Frame::new((view.width, view.height), pixels, stats))
     }
 }
 

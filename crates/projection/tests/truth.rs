@@ -108,14 +108,11 @@ fn compare(test: &str, name: &str, cells: u64, order: Order, (rmse, worst): (f64
         order,
         ..ProjectionOptions::default()
     };
-    for optical_model in OpticalModel::ALL {
+    for optical_model in OpticalModel::VOLUMETRIC {
         if optical_model.commutes() != (order == Order::Unsorted) {
             continue;
         }
-        let appearance = Appearance {
-            transfer_function: transfer_function.clone(),
-            optical_model,
-        };
+        let appearance = Appearance::new(transfer_function.clone(), optical_model);
         let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
         for (from, view) in views(&volume) {
             let picture = renderer.render(&view).expect("nothing can fail");
@@ -217,10 +214,10 @@ fn cycles_are_counted_and_sorting_in_each_pixel_has_none() {
         extinction,
     };
     let knots = vec![knot(0.0, DVec3::X, 0.5), knot(1.0, DVec3::Y, 2.0)];
-    let appearance = Appearance {
-        transfer_function: TransferFunction::new(knots).expect("two knots"),
-        optical_model: OpticalModel::EmissionAbsorption,
-    };
+    let appearance = Appearance::new(
+        TransferFunction::new(knots).expect("two knots"),
+        OpticalModel::EmissionAbsorption,
+    );
     let view = View {
         camera: Camera::fit(&volume.bounds(), CameraFit::PlusZ, true, 1.0),
         width: 96,
@@ -257,10 +254,7 @@ fn tiles_lose_no_fragment() {
         return;
     };
     let (volume, transfer_function) = scene("torus", 1000);
-    let appearance = Appearance {
-        transfer_function,
-        optical_model: OpticalModel::EmissionAbsorption,
-    };
+    let appearance = Appearance::new(transfer_function, OpticalModel::EmissionAbsorption);
     let view = views(&volume)[0].1;
     let drawn = |fragment_bytes| {
         let options = ProjectionOptions {
@@ -341,10 +335,10 @@ fn constant(extinction: f64, optical_model: OpticalModel) -> Appearance {
         color: DVec3::new(0.5, 1.0, 0.25),
         extinction,
     };
-    Appearance {
-        transfer_function: TransferFunction::new(vec![knot]).expect("one knot"),
+    Appearance::new(
+        TransferFunction::new(vec![knot]).expect("one knot"),
         optical_model,
-    }
+    )
 }
 
 // Uniform σ: α = 1 − e^(−σ l) on a chord of length l, whatever the cells. A pixel that a
@@ -453,10 +447,7 @@ fn what_is_left_out_is_counted() {
         panic!("the sphere is a mesh");
     };
     let view = views(&volume)[0].1;
-    let mut appearance = Appearance {
-        transfer_function,
-        optical_model: OpticalModel::EmissionAbsorption,
-    };
+    let mut appearance = Appearance::new(transfer_function, OpticalModel::EmissionAbsorption);
     let options = ProjectionOptions::default();
     let mut renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
     let tf = &appearance.transfer_function;
@@ -519,10 +510,7 @@ fn a_changed_renderer_draws_like_a_new_one() {
     let options = ProjectionOptions::default();
     let mut renderer = Projection::new(&gpu, &volume, &first, &options).expect("it fits");
     // From a model that is not sorted to one that is.
-    let second = Appearance {
-        transfer_function,
-        optical_model: OpticalModel::EmissionAbsorption,
-    };
+    let second = Appearance::new(transfer_function, OpticalModel::EmissionAbsorption);
     renderer.restyle(&second).expect("it fits");
     let changed = renderer.render(&view).expect("a picture");
     // Scalars kept their map of the first transfer function: rounded elsewhere, by

@@ -37,3 +37,15 @@ mod tiles;
 
 pub use options::{Locality, RaycastOptions};
 pub use renderer::RaycastPeel;
+
+use tetrascope_core::Abilities;
+
+/// The name in lists and messages.
+pub const NAME: &str = "raycast-peel";
+
+/// What it draws beyond the volumetric optical models.
+pub const ABILITIES: Abilities = Abilities {
+    isosurfaces: false,
+    depth_cue: false,
+    clip_planes: false,
+};

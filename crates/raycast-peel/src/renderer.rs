@@ -5,6 +5,7 @@ use tetrascope_gpu::{Gpu, wgpu};
 
 use crate::options::RaycastOptions;
 use crate::single::Single;
+use crate::{ABILITIES, NAME};
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
@@ -23,6 +24,7 @@ impl RaycastPeel {
         appearance: &Appearance,
         options: &RaycastOptions,
     ) -> Result<RaycastPeel, Error> {
+        ABILITIES.check(NAME, appearance)?;
         Ok(RaycastPeel {
             single: Single::new(gpu, volume, appearance, options)?,
         })
@@ -55,6 +57,7 @@ impl VolumeRenderer for RaycastPeel {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        ABILITIES.check(NAME, appearance)?;
         self.single.restyle(appearance)
     }
 

@@ -5,10 +5,10 @@ use std::time::Instant;
 use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{
-    Appearance, Error, Frame, FrameStats, OpticalModel, Scalars, TetMesh, View, Volume,
-    VolumeRenderer,
+    Appearance, Error, Frame, FrameStats, Scalars, TetMesh, View, Volume, VolumeRenderer,
 };
 use tetrascope_gpu::memory::{ReadBack, Source};
+use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, timer};
@@ -133,7 +133,7 @@ impl Style {
         );
         let per_cell = mesh.source.scalars().association == Association::Cell;
         let constants = [
-            ("MODEL", f64::from(model_index(appearance.optical_model)?)),
+            model_constant(appearance.optical_model),
             ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
             ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
         ];
@@ -183,21 +183,6 @@ fn deepest(intervals: &[Interval], longest_edge: f32) -> f64 {
     let greatest = f64::from(extinctions.fold(0.0, f32::max));
     // Lengths and depths are rounded on the way.
     (1.001 * greatest * f64::from(longest_edge)).min(1e30)
-}
-
-/// The shaders' number of a model.
-fn model_index(model: OpticalModel) -> Result<u8, Error> {
-    match model {
-        OpticalModel::EmissionAbsorption => Ok(0),
-        OpticalModel::Emission => Ok(1),
-        OpticalModel::Absorption => Ok(2),
-        OpticalModel::MaximumIntensity => Ok(3),
-        other => Err(Error::Unsupported {
-            renderer: "raycast-peel",
-            what: format!("the optical model {}", other.name()),
-            reason: "it has no shader".into(),
-        }),
-    }
 }
 
 impl Single {
@@ -413,12 +398,7 @@ impl VolumeRenderer for Single {
         stats.bytes_resident = self.bytes_resident();
         stats.gpu_seconds = times.map(|t| timer::seconds(gpu, t)).transpose()?.flatten();
         stats.cpu_seconds = start.elapsed().as_secs_f64();
-        Ok(Frame {
-            width: view.width,
-            height: view.height,
-            pixels,
-            stats,
-        })
+        Ok(Frame::new((view.width, view.height), pixels, stats))
     }
 }
 

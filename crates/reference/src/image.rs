@@ -129,11 +129,6 @@ impl ReferenceImage {
         stats.bytes_resident = self.bytes_resident;
         stats.error_bound = Some(worst.fold(0.0, f64::max));
         stats.inconsistent_pixels = Some(self.inconsistent_pixels);
-        Frame {
-            width: self.width,
-            height: self.height,
-            pixels: rounded,
-            stats,
-        }
+        Frame::new((self.width, self.height), rounded, stats)
     }
 }

@@ -41,7 +41,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
-use tetrascope_core::{Appearance, Error, Frame, TetMesh, View, Volume, VolumeRenderer};
+use tetrascope_core::{Abilities, Appearance, Error, Frame, TetMesh, View, Volume, VolumeRenderer};
 
 pub use image::ReferenceImage;
 pub use ray::Consistency;
@@ -54,6 +54,13 @@ use tile::{SIDE, Scene, Workspace};
 
 /// The name in lists and messages.
 pub const NAME: &str = "reference";
+
+/// What it draws beyond the volumetric optical models.
+pub const ABILITIES: Abilities = Abilities {
+    isosurfaces: false,
+    depth_cue: false,
+    clip_planes: false,
+};
 
 /// How the reference works; none of it changes a bit of the image.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -85,6 +92,7 @@ impl Reference {
         appearance: &Appearance,
         options: &ReferenceOptions,
     ) -> Result<Reference, Error> {
+        ABILITIES.check(NAME, appearance)?;
         let mesh = mesh_of(volume)?;
         let pool = match options.threads {
             None => None,
@@ -208,6 +216,7 @@ impl VolumeRenderer for Reference {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        ABILITIES.check(NAME, appearance)?;
         self.appearance = appearance.clone();
         Ok(())
     }

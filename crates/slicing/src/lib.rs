@@ -56,5 +56,14 @@ pub use options::{
 pub use renderer::Slicing;
 pub use source::{BrickSource, ByteOrder, Lattice, RawFile, Region, SampleType};
 
+use tetrascope_core::Abilities;
+
 /// The algorithm's name.
 pub const NAME: &str = "slicing";
+
+/// What it draws beyond the volumetric optical models.
+pub const ABILITIES: Abilities = Abilities {
+    isosurfaces: false,
+    depth_cue: false,
+    clip_planes: false,
+};

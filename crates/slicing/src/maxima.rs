@@ -81,11 +81,8 @@ mod tests {
             extinction: f64::from(i * 5 % 13),
         });
         let tf = TransferFunction::new(knots.collect()).expect("two knots a scalar");
-        for optical_model in OpticalModel::ALL {
-            let appearance = Appearance {
-                transfer_function: tf.clone(),
-                optical_model,
-            };
+        for optical_model in OpticalModel::VOLUMETRIC {
+            let appearance = Appearance::new(tf.clone(), optical_model);
             let maxima = Maxima::new(&appearance);
             for low in -3..30 {
                 for high in low..30 {

@@ -10,6 +10,7 @@ use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, timer};
 
+use crate::ABILITIES;
 use crate::NAME;
 use crate::frame::{FrameGeometry, geometry};
 use crate::gpu_data;
@@ -95,6 +96,7 @@ impl Slicing {
         appearance: &Appearance,
         options: &SlicingOptions,
     ) -> Result<Slicing, Error> {
+        ABILITIES.check(NAME, appearance)?;
         options.validate()?;
         let pass = SlicePass::new(gpu)?;
         let volume = Arc::new(Samples::new(source, options)?);
@@ -404,6 +406,7 @@ impl VolumeRenderer for Slicing {
     /// Uploads the transfer function; samples only if they are floats and its range moved
     /// so far that f32 would run out of digits, or if they are kept in bricks.
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        ABILITIES.check(NAME, appearance)?;
         let scene = &self.scene;
         let tf = &appearance.transfer_function;
         let floats = scene.volume.source.sample_type() == SampleType::F32;
@@ -439,12 +442,7 @@ impl VolumeRenderer for Slicing {
             stats.gpu_seconds = timer::seconds(gpu, times)?;
         }
         stats.cpu_seconds = start.elapsed().as_secs_f64();
-        Ok(Frame {
-            width: view.width,
-            height: view.height,
-            pixels,
-            stats,
-        })
+        Ok(Frame::new((view.width, view.height), pixels, stats))
     }
 }
 

@@ -59,6 +59,13 @@ fn reason(volume: &Volume, appearance: &Appearance, view: &View) -> (String, Str
         );
     }
     let model = appearance.optical_model;
+    if model == OpticalModel::Isosurfaces {
+        let values: Vec<f64> = appearance.isosurfaces.iter().map(|s| s.value).collect();
+        return (
+            format!("no ray meets an isosurface of {values:?} in a field from {low} to {high}"),
+            "give a value in between, for example with --isovalue, or look from elsewhere".into(),
+        );
+    }
     let tf = &appearance.transfer_function;
     let strength = |low, high| match model {
         OpticalModel::Absorption => tf.max_extinction(low, high),
@@ -160,12 +167,7 @@ mod tests {
         (file.image.width, file.image.height) = (Some(8), Some(8));
         change(&mut file);
         let scene = file.resolve(volume).expect("the scene is valid");
-        let frame = Frame {
-            width: 8,
-            height: 8,
-            pixels: vec![[0.0; 4]; 64],
-            stats: FrameStats::default(),
-        };
+        let frame = Frame::new((8, 8), vec![[0.0; 4]; 64], FrameStats::default());
         let error = explain(volume, &scene.appearance, &scene.view, &frame);
         error.expect("the picture is empty").to_string()
     }
@@ -226,12 +228,7 @@ mod tests {
             .resolve(&volume)
             .expect("defaults suffice");
         for value in [0.01, f32::NAN] {
-            let mut frame = Frame {
-                width: 2,
-                height: 1,
-                pixels: vec![[0.0; 4]; 2],
-                stats: FrameStats::default(),
-            };
+            let mut frame = Frame::new((2, 1), vec![[0.0; 4]; 2], FrameStats::default());
             frame.pixels[1][3] = value;
             assert!(explain(&volume, &scene.appearance, &scene.view, &frame).is_none());
         }

@@ -426,3 +426,99 @@ proptest! {
         }
     }
 }
+
+// Composite Gauss-Legendre with 2 points on 4096 parts, of order 4: its error is
+// about (1/4096)⁴ = 4e-15 of the largest derivative, some 10 here.
+fn brute_force(tf: &TransferFunction, segment: &Segment, cue: [f64; 2]) -> (f64, f64) {
+    const PARTS: usize = 4096;
+    let h = segment.length / PARTS as f64;
+    let at = |s: f64| {
+        let scalar = segment.front * (1.0 - s) + segment.back * s;
+        let (color, extinction) = tf.sample(scalar).expect("a number");
+        (color.x * mix(cue, s), extinction)
+    };
+    let (mut light, mut depth) = (0.0, 0.0);
+    for part in 0..PARTS {
+        // T inside of a part, by Simpson's rule from its start: exact for linear σ.
+        let s0 = part as f64 / PARTS as f64;
+        let start = at(s0).1;
+        for node in [0.5 - 0.5 / 3f64.sqrt(), 0.5 + 0.5 / 3f64.sqrt()] {
+            let (color, extinction) = at(s0 + node / PARTS as f64);
+            let inner = 0.5 * (start + extinction) * node * h;
+            light += 0.5 * h * color * extinction * (-depth - inner).exp();
+        }
+        depth += 0.5 * (start + at(s0 + 1.0 / PARTS as f64).1) * h;
+    }
+    (light, depth)
+}
+
+#[test]
+fn a_cued_segment_agrees_with_brute_force() {
+    for peak in [1e-3, 0.4, 1.0, 3.0, 20.0] {
+        let tf = grey(&[(0.0, 0.2, 0.1 * peak), (1.0, 1.0, peak)]);
+        for (front, back) in [(0.0, 1.0), (1.0, 0.0), (0.3, 0.3), (0.9, 0.2)] {
+            for cue in [[1.0, 0.0], [0.9, 0.4], [0.0, 1.0]] {
+                let segment = segment(front, back, 1.5);
+                let mut ray = RayIntegral::new(&tf, EA);
+                ray.add_cued(&segment, cue);
+                let (light, depth) = brute_force(&tf, &segment, cue);
+                assert!(
+                    (ray.light().x - light).abs() < 1e-12,
+                    "{peak} {front} {back} {cue:?}: {} {light}",
+                    ray.light().x
+                );
+                assert_near(ray.optical_depth(), depth, 1e-13);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cue_does_not_depend_on_where_a_segment_is_divided() {
+    let tf = grey(&[
+        (0.0, 0.2, 0.1),
+        (0.4, 1.0, 3.0),
+        (0.4, 0.3, 1.0),
+        (1.0, 0.0, 8.0),
+    ]);
+    for model in OpticalModel::VOLUMETRIC {
+        let mut whole = RayIntegral::new(&tf, model);
+        whole.add_cued(&segment(0.1, 0.9, 2.0), [1.0, 0.2]);
+        let mut parts = RayIntegral::new(&tf, model);
+        for i in 0..7 {
+            let at = |i: i32| f64::from(i) / 7.0;
+            let scalar = |i: i32| 0.1 + 0.8 * at(i);
+            let cue = |i: i32| 1.0 - 0.8 * at(i);
+            parts.add_cued(
+                &segment(scalar(i), scalar(i + 1), 2.0 / 7.0),
+                [cue(i), cue(i + 1)],
+            );
+        }
+        assert!(
+            (whole.light().x - parts.light().x).abs() < 1e-14,
+            "{model:?}"
+        );
+        assert!((whole.optical_depth() - parts.optical_depth()).abs() < 1e-13);
+    }
+}
+
+// The color 2 s times the cue 1 − s is greatest in the middle, 1/2.
+#[test]
+fn the_maximum_of_a_cued_segment_lies_inside() {
+    let tf = grey(&[(0.0, 0.0, 1.0), (1.0, 2.0, 1.0)]);
+    let mut ray = RayIntegral::new(&tf, OpticalModel::MaximumIntensity);
+    ray.add_cued(&segment(0.0, 1.0, 1.0), [1.0, 0.0]);
+    assert_near(ray.light().x, 0.5, 1e-15);
+}
+
+#[test]
+fn a_cued_segment_beyond_all_bounds_shows_its_front() {
+    for extinction in [1e3, 1e20, 1e300] {
+        let tf = grey(&[(0.0, 0.5, extinction)]);
+        let mut ray = RayIntegral::new(&tf, EA);
+        ray.add_cued(&segment(0.0, 0.0, 1e10), [0.8, 0.2]);
+        // At the depth 1 the cue has lost 0.6 / (extinction 1e10).
+        assert!((ray.light().x - 0.4).abs() < 1e-12, "{extinction}");
+        assert!(ray.is_opaque());
+    }
+}

@@ -4,15 +4,11 @@ use tetrascope_core::colormap::srgb_to_linear;
 use super::*;
 
 fn frame(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f32; 4]) -> Frame {
-    Frame {
-        width,
-        height,
-        pixels: (0..height)
-            .flat_map(|row| (0..width).map(move |column| (column, row)))
-            .map(|(column, row)| pixel(column, row))
-            .collect(),
-        stats: FrameStats::default(),
-    }
+    let pixels = (0..height)
+        .flat_map(|row| (0..width).map(move |column| (column, row)))
+        .map(|(column, row)| pixel(column, row))
+        .collect();
+    Frame::new((width, height), pixels, FrameStats::default())
 }
 
 fn sample() -> Frame {

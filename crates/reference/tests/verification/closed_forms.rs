@@ -45,7 +45,7 @@ fn length(ray: &Ray) -> f64 {
 fn a_homogeneous_cube() {
     let color = [0.9, 0.5, 0.2];
     let sigma = 1.7;
-    for model in OpticalModel::ALL {
+    for model in OpticalModel::VOLUMETRIC {
         let look = appearance(vec![knot(0.0, color, sigma)], model);
         let truth = reference(&cube(4, |p| p.x), &look);
         for view in views(40) {

@@ -77,10 +77,10 @@ pub(crate) fn knot(scalar: f64, color: [f64; 3], extinction: f64) -> Knot {
 
 /// The appearance with these knots.
 pub(crate) fn appearance(knots: Vec<Knot>, optical_model: OpticalModel) -> Appearance {
-    Appearance {
-        transfer_function: TransferFunction::new(knots).expect("valid knots"),
+    Appearance::new(
+        TransferFunction::new(knots).expect("valid knots"),
         optical_model,
-    }
+    )
 }
 
 /// A ground truth with rayon's own threads.

@@ -20,10 +20,10 @@ fn step(threshold: f64) -> Appearance {
         extinction,
     };
     let knots = vec![knot(0.0, 0.0), knot(threshold, 0.0), knot(threshold, 1.0)];
-    Appearance {
-        transfer_function: TransferFunction::new(knots).expect("two knots at a step"),
-        optical_model: OpticalModel::EmissionAbsorption,
-    }
+    Appearance::new(
+        TransferFunction::new(knots).expect("two knots at a step"),
+        OpticalModel::EmissionAbsorption,
+    )
 }
 
 /// Every level against a search through the samples that it should cover.

@@ -50,7 +50,7 @@ fn a_uniform_box_is_exact_with_any_number_of_slabs() {
     ];
     for (grid, tf, scalar) in grids {
         for (name, view) in views(&grid) {
-            for optical_model in OpticalModel::ALL {
+            for optical_model in OpticalModel::VOLUMETRIC {
                 let appearance = appearance(&tf, optical_model);
                 let truth = pixels(&view, |ray| {
                     let mut integral = RayIntegral::new(&tf, optical_model);
@@ -110,7 +110,7 @@ fn a_linear_field_is_exact_with_slabs() {
     ])
     .expect("sorted");
     for (name, view) in views(&grid) {
-        for optical_model in OpticalModel::ALL {
+        for optical_model in OpticalModel::VOLUMETRIC {
             let appearance = appearance(&tf, optical_model);
             let truth = pixels(&view, |ray| {
                 let mut integral = RayIntegral::new(&tf, optical_model);
@@ -158,7 +158,7 @@ fn any_lattice_is_drawn_where_it_lies() {
     let grid = grid(&place, field);
     let tf = ramp(4.0);
     for (name, view) in views(&grid) {
-        for optical_model in OpticalModel::ALL {
+        for optical_model in OpticalModel::VOLUMETRIC {
             let appearance = appearance(&tf, optical_model);
             let truth = truth(&grid, &appearance, &view, 32.0);
             let options = SlicingOptions {

@@ -45,7 +45,7 @@ fn bricks_and_levels_leave_no_seam() {
     let grid = blobs(70);
     for (name, view) in views(&grid) {
         for integration in [Integration::PostClassified, Integration::Slabs] {
-            for model in OpticalModel::ALL {
+            for model in OpticalModel::VOLUMETRIC {
                 let of = |level, storage| SlicingOptions {
                     level: Level::Fixed(level),
                     storage,

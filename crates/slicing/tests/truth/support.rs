@@ -91,10 +91,7 @@ pub(crate) fn ramp(most: f64) -> TransferFunction {
 }
 
 pub(crate) fn appearance(tf: &TransferFunction, optical_model: OpticalModel) -> Appearance {
-    Appearance {
-        transfer_function: tf.clone(),
-        optical_model,
-    }
+    Appearance::new(tf.clone(), optical_model)
 }
 
 /// Views of `grid` from outside, in both projections, along an axis, and from inside.

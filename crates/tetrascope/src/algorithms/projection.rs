@@ -2,13 +2,11 @@
 
 use tetrascope_core::{Error, Volume};
 use tetrascope_projection::{
-    CellLayout, ExitSearch, Integration, Order, Projection, ProjectionOptions,
+    ABILITIES, CellLayout, ExitSearch, Integration, NAME, Order, Projection, ProjectionOptions,
 };
 
 use super::{Algorithm, choice};
 use crate::{Setting, Settings, Values};
-
-const NAME: &str = "projection";
 
 pub(super) const ALGORITHM: Algorithm = Algorithm {
     name: NAME,
@@ -47,13 +45,16 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     ],
     sweep: &["order=centroid", "order=mpvo", "order=per-pixel"],
     admits: |_| 0.0,
-    supports: |volume, _, _| match volume {
-        Volume::Mesh(_) => Ok(()),
-        _ => Err(Error::Unsupported {
-            renderer: NAME,
-            what: "regular grids".into(),
-            reason: "it projects the cells of a tetrahedral mesh".into(),
-        }),
+    supports: |volume, appearance, _| {
+        ABILITIES.check(NAME, appearance)?;
+        match volume {
+            Volume::Mesh(_) => Ok(()),
+            _ => Err(Error::Unsupported {
+                renderer: NAME,
+                what: "regular grids".into(),
+                reason: "it projects the cells of a tetrahedral mesh".into(),
+            }),
+        }
     },
     build: |context, volume, appearance, settings| {
         let options = options(settings);

@@ -1,12 +1,10 @@
 //! Ray casting's entry.
 
 use tetrascope_core::{Error, Volume};
-use tetrascope_raycast_peel::{Locality, RaycastOptions, RaycastPeel};
+use tetrascope_raycast_peel::{ABILITIES, Locality, NAME, RaycastOptions, RaycastPeel};
 
 use super::{Algorithm, choice};
 use crate::{Setting, Settings, Values};
-
-const NAME: &str = "raycast-peel";
 
 pub(super) const ALGORITHM: Algorithm = Algorithm {
     name: NAME,
@@ -32,13 +30,16 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     ],
     sweep: &["", "stop-opacity=0.999", "stop-opacity=0.95"],
     admits: |settings| 1.0 - settings.number("stop-opacity"),
-    supports: |volume, _, _| match volume {
-        Volume::Mesh(_) => Ok(()),
-        _ => Err(Error::Unsupported {
-            renderer: NAME,
-            what: "regular grids".into(),
-            reason: "it walks from tetrahedron to tetrahedron".into(),
-        }),
+    supports: |volume, appearance, _| {
+        ABILITIES.check(NAME, appearance)?;
+        match volume {
+            Volume::Mesh(_) => Ok(()),
+            _ => Err(Error::Unsupported {
+                renderer: NAME,
+                what: "regular grids".into(),
+                reason: "it walks from tetrahedron to tetrahedron".into(),
+            }),
+        }
     },
     build: |context, volume, appearance, settings| {
         let options = options(settings);

@@ -1,7 +1,7 @@
 //! The ground truth's entry.
 
 use tetrascope_core::{Appearance, Error, Frame, View, Volume, VolumeRenderer};
-use tetrascope_reference::{NAME, Reference, ReferenceOptions};
+use tetrascope_reference::{ABILITIES, NAME, Reference, ReferenceOptions};
 
 use super::Algorithm;
 use crate::Progress;
@@ -17,13 +17,16 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     settings: &[],
     sweep: &[""],
     admits: |_| 0.0,
-    supports: |volume, _, _| match volume {
-        Volume::Mesh(_) => Ok(()),
-        _ => Err(Error::Unsupported {
-            renderer: NAME,
-            what: "regular grids".into(),
-            reason: "it casts rays through tetrahedra".into(),
-        }),
+    supports: |volume, appearance, _| {
+        ABILITIES.check(NAME, appearance)?;
+        match volume {
+            Volume::Mesh(_) => Ok(()),
+            _ => Err(Error::Unsupported {
+                renderer: NAME,
+                what: "regular grids".into(),
+                reason: "it casts rays through tetrahedra".into(),
+            }),
+        }
     },
     build: |context, volume, appearance, _| {
         let reference = Reference::new(volume, appearance, &ReferenceOptions::default())?;

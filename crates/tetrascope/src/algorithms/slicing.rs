@@ -2,8 +2,8 @@
 
 use tetrascope_core::{Error, Volume};
 use tetrascope_slicing::{
-    Filtering, Integration, Level, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, NAME, PlaneTest,
-    Shading, SlabEnds, Slicing, SlicingOptions, StepLength, Storage,
+    ABILITIES, Filtering, Integration, Level, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, NAME,
+    PlaneTest, Shading, SlabEnds, Slicing, SlicingOptions, StepLength, Storage,
 };
 
 use super::{Algorithm, choice};
@@ -88,13 +88,16 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     sweep: &["slices=1", "slices=2", "slices=4", "slices=8"],
     // What lies between two slices is not seen, so there is no bound.
     admits: |_| 1.0,
-    supports: |volume, _, _| match volume {
-        Volume::Grid(_) => Ok(()),
-        _ => Err(Error::Unsupported {
-            renderer: NAME,
-            what: "meshes".into(),
-            reason: "it slices regular grids".into(),
-        }),
+    supports: |volume, appearance, _| {
+        ABILITIES.check(NAME, appearance)?;
+        match volume {
+            Volume::Grid(_) => Ok(()),
+            _ => Err(Error::Unsupported {
+                renderer: NAME,
+                what: "meshes".into(),
+                reason: "it slices regular grids".into(),
+            }),
+        }
     },
     build: |context, volume, appearance, settings| {
         let options = options(settings);

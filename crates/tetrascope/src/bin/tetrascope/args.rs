@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use tetrascope::core::colormap::{Colormap, srgb_to_linear};
-use tetrascope::core::{CameraFit, OpticalModel};
+use tetrascope::core::glam::DVec3;
+use tetrascope::core::{CameraFit, ClipPlane, OpticalModel};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -123,6 +124,15 @@ pub(crate) struct SceneArgs {
     /// The distance over which the color map's opacity counts, world units
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     pub(crate) unit_distance: Option<f64>,
+    /// Draw the isosurface of this value, and others if repeated
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    pub(crate) isovalue: Vec<f64>,
+    /// How much light the farthest point loses, 0 to 1
+    #[arg(long, value_name = "STRENGTH")]
+    pub(crate) depth_cue: Option<f64>,
+    /// Cut away what is behind the plane through a point with a normal; may be repeated
+    #[arg(long, value_name = "X,Y,Z,NX,NY,NZ", value_parser = clip_plane, allow_hyphen_values = true)]
+    pub(crate) clip: Vec<ClipPlane>,
     /// black, white, transparent, #RRGGBB (sRGB), or linear R,G,B or R,G,B,A
     #[arg(long, value_name = "COLOR", value_parser = background, allow_hyphen_values = true)]
     pub(crate) background: Option<[f32; 4]>,
@@ -188,6 +198,16 @@ fn numbers(text: &str) -> Option<Vec<f64>> {
 fn range(text: &str) -> Result<[f64; 2], String> {
     let numbers = numbers(text).and_then(|n| n.try_into().ok());
     numbers.ok_or_else(|| "give two numbers, as 0.5,2".into())
+}
+
+fn clip_plane(text: &str) -> Result<ClipPlane, String> {
+    let numbers = numbers(text).and_then(|n| <[f64; 6]>::try_from(n).ok());
+    let [x, y, z, nx, ny, nz] =
+        numbers.ok_or("give a point of the plane and its normal, as 0,0,0,1,0,0")?;
+    Ok(ClipPlane {
+        point: DVec3::new(x, y, z),
+        normal: DVec3::new(nx, ny, nz),
+    })
 }
 
 fn background(text: &str) -> Result<[f32; 4], String> {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use tetrascope::core::error::nearest;
-use tetrascope::core::scene::{CameraSpec, ProjectionKind, VolumeSource};
-use tetrascope::core::{Error, Scene, SceneFile, Volume};
+use tetrascope::core::scene::{CameraSpec, IsosurfaceSpec, ProjectionKind, VolumeSource};
+use tetrascope::core::{Error, OpticalModel, Scene, SceneFile, Volume};
 use tetrascope::datasets;
 use tetrascope::volumes::{self, Loaded};
 
@@ -91,6 +91,15 @@ impl Request {
                 .push("a color map replaces the scene's transfer function".into());
         }
         let look = &mut scene.appearance;
+        if !args.isovalue.is_empty() {
+            look.optical_model = args.model.or(Some(OpticalModel::Isosurfaces));
+            let surface = |&value: &f64| IsosurfaceSpec { value, color: None };
+            look.isosurfaces = Some(args.isovalue.iter().map(surface).collect());
+        }
+        look.depth_cue = args.depth_cue.or(look.depth_cue);
+        if !args.clip.is_empty() {
+            look.clip_planes = Some(args.clip.clone());
+        }
         look.colormap = args.colormap.or(look.colormap);
         look.range = args.range.or(look.range);
         look.unit_distance = args.unit_distance.or(look.unit_distance);
