@@ -41,7 +41,7 @@ use tetrascope_core::{Appearance, Knot, OpticalModel};
 use crate::cell::{Cell, Crossing};
 
 /// 2 δ.
-const DISPLACEMENT: f64 = 64.0 * UNIT;
+pub(crate) const DISPLACEMENT: f64 = 64.0 * UNIT;
 /// q per L / W.
 const SHIFT: f64 = 96.0 * UNIT;
 /// Of a z by its vertices' z.

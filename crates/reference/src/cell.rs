@@ -33,6 +33,14 @@ pub(crate) struct Crossing {
     pub(crate) sensitivity: f64,
 }
 
+impl Crossing {
+    /// The scalar at `z` between both ends: a convex combination again.
+    pub(crate) fn scalar_at(&self, z: f64) -> f64 {
+        let (before, after) = (z - self.z_in, self.z_out - z);
+        (after * self.scalar_in + before * self.scalar_out) / (before + after)
+    }
+}
+
 /// The edges (i, j) of vertices, i < j, in the order of the arrays below.
 const EDGES: [(usize, usize); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
 

@@ -90,6 +90,38 @@ impl RayFrame {
         })
     }
 
+    /// World space.
+    pub(crate) fn eye(&self) -> DVec3 {
+        self.eye
+    }
+
+    /// The unit vector along z, world space.
+    pub(crate) fn forward(&self) -> DVec3 {
+        self.axes[2]
+    }
+
+    /// A direction of world space in this frame, of the same length.
+    pub(crate) fn turned(&self, v: DVec3) -> DVec3 {
+        DVec3::from_array(self.axes.map(|axis| axis.dot(v)))
+    }
+
+    /// The ray at `p`, q + z d, in this frame.
+    pub(crate) fn line(&self, p: DVec2) -> (DVec3, DVec3) {
+        match self.perspective {
+            true => (DVec3::ZERO, p.extend(1.0)),
+            false => (p.extend(0.0), DVec3::Z),
+        }
+    }
+
+    /// The direction of the ray at `p`, world space, of any length.
+    pub(crate) fn direction(&self, p: DVec2) -> DVec3 {
+        let [right, up, forward] = self.axes;
+        match self.perspective {
+            true => p.x * right + p.y * up + forward,
+            false => forward,
+        }
+    }
+
     /// A position of world space in this frame.
     pub(crate) fn position(&self, p: DVec3) -> DVec3 {
         let p = (p - self.eye) / self.scale;

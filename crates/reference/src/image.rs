@@ -20,6 +20,9 @@ pub struct ReferenceImage {
     /// It holds what rounding does to the picture of the mesh as given, to first
     /// order; what the mesh does not know about the world is not in it.
     pub error_bound: Vec<f64>,
+    /// In the model `Isosurfaces`: how far along its ray each pixel's surface is, world
+    /// units, infinite where there is none; laid out as `pixels`.
+    pub depths: Option<Vec<f64>>,
     /// Ray-cell intervals that were integrated.
     pub cell_visits: u64,
     /// Pixels in which cells overlap by more than rounding.
@@ -39,7 +42,8 @@ pub struct ReferenceImage {
 pub(crate) struct Part {
     columns: Range<u32>,
     rows: Range<u32>,
-    pixels: Vec<([f64; 4], f64)>,
+    /// Color, error bound and surface depth.
+    pixels: Vec<([f64; 4], f64, f64)>,
     cell_visits: u64,
     overlapping: u64,
     cracked: u64,
@@ -62,7 +66,8 @@ impl Part {
             inconsistent: 0,
         };
         for (outcome, visits) in outcomes {
-            part.pixels.push((outcome.pixel, outcome.error));
+            part.pixels
+                .push((outcome.pixel, outcome.error, outcome.surface_depth));
             part.cell_visits += visits as u64;
             let consistency = outcome.consistency;
             part.overlapping += u64::from(consistency.overlap);
@@ -75,13 +80,14 @@ impl Part {
 
 impl ReferenceImage {
     /// Puts the parts of an image together.
-    pub(crate) fn assemble(view: &View, parts: &[Part]) -> ReferenceImage {
+    pub(crate) fn assemble(view: &View, parts: &[Part], has_depths: bool) -> ReferenceImage {
         let count = view.width as usize * view.height as usize;
         let mut image = ReferenceImage {
             width: view.width,
             height: view.height,
             pixels: vec![[0.0; 4]; count],
             error_bound: vec![0.0; count],
+            depths: has_depths.then(|| vec![f64::INFINITY; count]),
             cell_visits: parts.iter().map(|p| p.cell_visits).sum(),
             overlapping_pixels: parts.iter().map(|p| p.overlapping).sum(),
             cracked_pixels: parts.iter().map(|p| p.cracked).sum(),
@@ -96,9 +102,12 @@ impl ReferenceImage {
                 .zip(part.pixels.chunks(part.columns.len()));
             for (row, pixels) in rows {
                 let start = row as usize * view.width as usize + part.columns.start as usize;
-                for (i, (pixel, error)) in pixels.iter().enumerate() {
+                for (i, (pixel, error, depth)) in pixels.iter().enumerate() {
                     image.pixels[start + i] = *pixel;
                     image.error_bound[start + i] = *error;
+                    if let Some(depths) = &mut image.depths {
+                        depths[start + i] = *depth;
+                    }
                 }
             }
         }
@@ -129,6 +138,9 @@ impl ReferenceImage {
         stats.bytes_resident = self.bytes_resident;
         stats.error_bound = Some(worst.fold(0.0, f64::max));
         stats.inconsistent_pixels = Some(self.inconsistent_pixels);
-        Frame::new((self.width, self.height), rounded, stats)
+        let mut frame = Frame::new((self.width, self.height), rounded, stats);
+        let single = |depths: &Vec<f64>| depths.iter().map(|d| *d as f32).collect();
+        frame.depths = self.depths.as_ref().map(single);
+        frame
     }
 }

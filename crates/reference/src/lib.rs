@@ -14,7 +14,8 @@
 //! 4. `cell` says which faces a ray crosses, and where; `predicate` decides ties
 //!    so that rays through vertices, along edges and in faces lose and double nothing.
 //! 5. `ray` sorts, checks and integrates.
-//! 6. `bound` derives the error bound that comes with each pixel.
+//! 6. `look` adds clip planes, depth cue and isosurfaces.
+//! 7. `bound` derives the error bound that comes with each pixel.
 //!
 //! N. Max, P. Hanrahan, R. Crawfis, "Area and Volume Coherence for Efficient
 //! Visualization of 3D Scalar Functions", 1990, cast rays through unsorted cells
@@ -31,6 +32,7 @@ mod cell;
 mod frame;
 mod geometry;
 mod image;
+mod look;
 mod predicate;
 mod ray;
 mod tile;
@@ -41,7 +43,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
-use tetrascope_core::{Abilities, Appearance, Error, Frame, TetMesh, View, Volume, VolumeRenderer};
+use tetrascope_core::{
+    Abilities, Appearance, Error, Frame, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
+};
 
 pub use image::ReferenceImage;
 pub use ray::Consistency;
@@ -50,17 +54,14 @@ pub use trace::{Interval, RayTrace};
 use bound::Steepness;
 use frame::RayFrame;
 use geometry::Geometry;
+use look::Look;
 use tile::{SIDE, Scene, Workspace};
 
 /// The name in lists and messages.
 pub const NAME: &str = "reference";
 
 /// What it draws beyond the volumetric optical models.
-pub const ABILITIES: Abilities = Abilities {
-    isosurfaces: false,
-    depth_cue: false,
-    clip_planes: false,
-};
+pub const ABILITIES: Abilities = Abilities::ALL;
 
 /// How the reference works; none of it changes a bit of the image.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -159,6 +160,7 @@ impl Reference {
             geometry: &self.geometry,
             appearance: &self.appearance,
             steepness: Steepness::new(&self.appearance, background),
+            look: Look::new(&self.appearance, &self.mesh.bounds(), &frame),
             frame,
             background,
         };
@@ -185,7 +187,8 @@ impl Reference {
                 image::Part::new(columns, rows, pixels)
             })
             .collect();
-        let mut image = ReferenceImage::assemble(view, &drawn);
+        let has_depths = self.appearance.optical_model == OpticalModel::Isosurfaces;
+        let mut image = ReferenceImage::assemble(view, &drawn, has_depths);
         image.bytes_resident = self.bytes_resident();
         image.seconds = start.elapsed().as_secs_f64();
         Ok(image)

@@ -1,9 +1,11 @@
 //! One ray: its crossings sorted, checked and integrated.
 
-use tetrascope_core::optics::{RayIntegral, Segment};
-use tetrascope_core::{Appearance, OpticalModel};
+use tetrascope_core::OpticalModel;
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::optics::{self, RayIntegral, Segment};
 
-use crate::bound::Steepness;
+use crate::look::Hit;
+use crate::tile::{Line, Scene};
 
 /// What one cell contributes to a ray, before the eye.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +27,8 @@ pub(crate) struct Outcome {
     pub(crate) pixel: [f64; 4],
     pub(crate) light: [f64; 3],
     pub(crate) optical_depth: f64,
+    /// Of the isosurface that was met, world units along the ray; infinite without one.
+    pub(crate) surface_depth: f64,
     pub(crate) error: f64,
     pub(crate) consistency: Consistency,
 }
@@ -83,19 +87,19 @@ impl Entry {
     }
 }
 
-/// Integrates sorted entries.
-///
-/// `geometric` bounds the error that wrong crossings make; `length_per_z` is in
-/// world units; the background is premultiplied.
-pub(crate) fn integrate(
-    entries: &[Entry],
-    geometric: f64,
-    length_per_z: f64,
-    appearance: &Appearance,
-    steepness: &Steepness,
-    background: [f64; 4],
-) -> Outcome {
+/// Integrates sorted entries; `geometric` bounds the error that wrong crossings make.
+pub(crate) fn integrate(scene: &Scene, ray: &Line, entries: &[Entry], geometric: f64) -> Outcome {
+    let Scene {
+        appearance,
+        steepness,
+        look,
+        background,
+        ..
+    } = scene;
+    let length_per_z = ray.length_per_z;
     let model = appearance.optical_model;
+    let mut surface: Option<Hit> = None;
+    let mut doubtful = false;
     let mut integral = RayIntegral::new(&appearance.transfer_function, model);
     let mut consistency = Consistency::default();
     let mut loose = 0.0; // z by which ends that nobody shares may be off
@@ -107,8 +111,16 @@ pub(crate) fn integrate(
             back: entry.scalar_out,
             length: (entry.z_out - entry.z_in) * length_per_z,
         };
-        if !opaque {
-            integral.add(&segment);
+        if look.draws_surfaces() {
+            if surface.is_none() {
+                surface = look.hit(scene.mesh, entry, ray.direction);
+                doubtful = doubtful || look.is_doubtful(scene, entry);
+            }
+        } else if !opaque {
+            match look.cue(entry) {
+                None => integral.add(&segment),
+                Some(cue) => integral.add_cued(&segment, cue),
+            }
             opaque = model == OpticalModel::EmissionAbsorption && integral.optical_depth() > OPAQUE;
         }
         let shared = last.is_some_and(|l| l.z_out == entry.z_in && l.scalar_out == entry.scalar_in);
@@ -130,9 +142,29 @@ pub(crate) fn integrate(
         }
     }
     loose += last.map_or(0.0, |l| f64::from(l.blur));
-    let pixel = integral.over(background);
+    if look.draws_surfaces() {
+        let (light, depth) = match surface {
+            Some(hit) => (hit.color, f64::INFINITY),
+            None => (DVec3::ZERO, 0.0),
+        };
+        let error = if doubtful {
+            look.brightest()
+        } else {
+            surface.map_or(0.0, |hit| hit.error)
+        };
+        return Outcome {
+            pixel: optics::over(model, light, depth, *background),
+            light: light.to_array(),
+            optical_depth: depth,
+            surface_depth: surface.map_or(f64::INFINITY, |hit| hit.z * length_per_z),
+            error,
+            consistency,
+        };
+    }
+    let pixel = integral.over(*background);
     let light = integral.light();
     let error = geometric
+        + steepness.of_boundary(ray.stretch.blur, length_per_z)
         + steepness.of_boundary(loose, length_per_z)
         + integral.rounding_bound() * steepness.brightest()
         + if opaque {
@@ -144,6 +176,7 @@ pub(crate) fn integrate(
         pixel,
         light: light.to_array(),
         optical_depth: integral.optical_depth(),
+        surface_depth: f64::INFINITY,
         error,
         consistency,
     }

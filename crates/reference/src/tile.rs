@@ -10,6 +10,7 @@ use crate::bound::{CellSteepness, Steepness};
 use crate::cell::{Cell, Crossing};
 use crate::frame::{PixelGrid, RayFrame};
 use crate::geometry::Geometry;
+use crate::look::{Look, Stretch};
 use crate::ray::{self, Entry, Outcome};
 
 /// Pixels a side. Measured on the Blunt Fin at 512×512.
@@ -24,6 +25,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) appearance: &'a Appearance,
     pub(crate) steepness: Steepness<'a>,
+    pub(crate) look: Look<'a>,
     pub(crate) frame: RayFrame,
     pub(crate) background: [f64; 4],
 }
@@ -40,27 +42,34 @@ impl Scene<'_> {
         Cell::new(vertices.map(position), scalars, self.frame.perspective)
     }
 
-    /// The part of a crossing before the eye, with its bound of the error added to `error`.
+    /// The part of a crossing that is in `stretch`, with its bound of the error added
+    /// to `error`.
     #[inline]
     pub(crate) fn entry(
         &self,
         crossing: Crossing,
         cell: u32,
         steepness: &CellSteepness,
-        length_per_z: f64,
+        ray: &Line,
         error: &mut f64,
     ) -> Option<Entry> {
         let mut crossing = crossing;
-        if crossing.z_out <= 0.0 || crossing.z_in == crossing.z_out {
+        let &Line {
+            length_per_z,
+            stretch: Stretch { near, far, .. },
+            ..
+        } = ray;
+        if crossing.z_out <= near || crossing.z_in >= far || crossing.z_in == crossing.z_out {
             return None;
         }
         let blur = steepness.blur(&crossing, length_per_z / self.frame.scale);
-        if crossing.z_in < 0.0 {
-            // The eye is inside: a convex combination again.
-            let (near, far) = (-crossing.z_in, crossing.z_out);
-            crossing.scalar_in =
-                (far * crossing.scalar_in + near * crossing.scalar_out) / (near + far);
-            crossing.z_in = 0.0;
+        if crossing.z_in < near {
+            crossing.scalar_in = crossing.scalar_at(near);
+            crossing.z_in = near;
+        }
+        if crossing.z_out > far {
+            crossing.scalar_out = crossing.scalar_at(far);
+            crossing.z_out = far;
         }
         let more = steepness.error(&crossing, length_per_z, self.appearance.optical_model);
         self.steepness.accumulate(error, more);
@@ -73,6 +82,27 @@ impl Scene<'_> {
             cell,
             blur: blur as f32,
         })
+    }
+}
+
+/// A ray of the image.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    /// World units in a unit of z.
+    pub(crate) length_per_z: f64,
+    pub(crate) stretch: Stretch,
+    /// World space, of any length.
+    pub(crate) direction: DVec3,
+}
+
+impl Line {
+    /// The ray at `p`.
+    pub(crate) fn new(scene: &Scene, p: DVec2) -> Line {
+        Line {
+            length_per_z: scene.frame.length_per_z(p),
+            stretch: scene.look.stretch(&scene.frame, p),
+            direction: scene.frame.direction(p),
+        }
     }
 }
 
@@ -122,11 +152,8 @@ pub(crate) fn draw(
     let xs: [f64; SIDE + LANES] =
         std::array::from_fn(|i| grid.x(f64::from(columns.start) + i as f64));
     let ys: [f64; SIDE] = std::array::from_fn(|i| grid.y(f64::from(rows.start) + i as f64));
-    let length_per_z: Vec<f64> = (0..width * height)
-        .map(|i| {
-            let p = DVec2::new(xs[i % width], ys[i / width]);
-            scene.frame.length_per_z(p)
-        })
+    let rays: Vec<Line> = (0..width * height)
+        .map(|i| Line::new(scene, DVec2::new(xs[i % width], ys[i / width])))
         .collect();
     for candidate in candidates.iter() {
         let cell = &candidate.cell;
@@ -145,7 +172,7 @@ pub(crate) fn draw(
                         crossing,
                         candidate.id,
                         &steepness,
-                        length_per_z[pixel],
+                        &rays[pixel],
                         &mut errors[pixel],
                     );
                     entries[pixel].extend(entry);
@@ -153,19 +180,11 @@ pub(crate) fn draw(
             }
         }
     }
-    let pixels = entries.iter_mut().zip(errors.iter()).zip(&length_per_z);
+    let pixels = entries.iter_mut().zip(errors.iter()).zip(&rays);
     pixels
-        .map(|((entries, &error), &length_per_z)| {
+        .map(|((entries, &error), ray)| {
             ray::sort(entries);
-            let outcome = ray::integrate(
-                entries,
-                error,
-                length_per_z,
-                scene.appearance,
-                &scene.steepness,
-                scene.background,
-            );
-            (outcome, entries.len())
+            (ray::integrate(scene, ray, entries, error), entries.len())
         })
         .collect()
 }

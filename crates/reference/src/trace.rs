@@ -6,8 +6,9 @@ use tetrascope_core::{Error, Ray};
 use crate::Reference;
 use crate::bound::Steepness;
 use crate::frame::RayFrame;
+use crate::look::Look;
 use crate::ray::{self, Consistency};
-use crate::tile::Scene;
+use crate::tile::{Line, Scene};
 
 /// What a ray and a cell have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +35,8 @@ pub struct RayTrace {
     /// ∫ σ dt, dimensionless; 0 where the model does not absorb. Exact up to 64,
     /// and a lower bound beyond, where nothing can be seen.
     pub optical_depth: f64,
+    /// How far away the isosurface is that the ray meets, world units; infinite without one.
+    pub surface_depth: f64,
     /// Premultiplied linear RGBA before a transparent background.
     pub pixel: [f64; 4],
     /// A bound on the absolute error of `pixel`.
@@ -43,7 +46,8 @@ pub struct RayTrace {
 }
 
 impl Reference {
-    /// Follows one ray, which need not belong to a view.
+    /// Follows one ray, which need not belong to a view. Depth cue and headlight are those
+    /// of a camera that looks along it.
     ///
     /// # Errors
     /// A ray with a number that is not finite or without a direction, and one
@@ -52,16 +56,18 @@ impl Reference {
         let frame = RayFrame::of_ray(ray, &self.geometry)?;
         let background = [0.0; 4];
         let p = DVec2::ZERO;
-        let length_per_z = frame.length_per_z(p);
         let planes = frame.planes(&self.geometry, p, p);
         let scene = Scene {
             mesh: &self.mesh,
             geometry: &self.geometry,
             appearance: &self.appearance,
             steepness: Steepness::new(&self.appearance, background),
+            look: Look::new(&self.appearance, &self.mesh.bounds(), &frame),
             frame,
             background,
         };
+        let line = Line::new(&scene, p);
+        let length_per_z = line.length_per_z;
         let points = self.mesh.points();
         let (mut entries, mut error) = (Vec::new(), 0.0);
         self.geometry.visit(&planes, &mut Vec::new(), |range| {
@@ -70,19 +76,12 @@ impl Reference {
                 let steepness = scene.steepness.of_cell(&cell);
                 cell.cross(&cell.above(p.y), &[p.x], |_, crossing| {
                     let id = self.geometry.ids[index];
-                    entries.extend(scene.entry(crossing, id, &steepness, length_per_z, &mut error));
+                    entries.extend(scene.entry(crossing, id, &steepness, &line, &mut error));
                 });
             }
         });
         ray::sort(&mut entries);
-        let outcome = ray::integrate(
-            &entries,
-            error,
-            length_per_z,
-            scene.appearance,
-            &scene.steepness,
-            background,
-        );
+        let outcome = ray::integrate(&scene, &line, &entries, error);
         let intervals = entries.iter().map(|entry| Interval {
             cell: entry.cell as usize,
             t_in: entry.z_in * length_per_z,
@@ -94,6 +93,7 @@ impl Reference {
             intervals: intervals.collect(),
             light: outcome.light,
             optical_depth: outcome.optical_depth,
+            surface_depth: outcome.surface_depth,
             pixel: outcome.pixel,
             error_bound: outcome.error,
             consistency: outcome.consistency,

@@ -1,8 +1,9 @@
 //! Depth cue: what is farther away is darker.
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds, Camera, Error};
+use crate::{Bounds, Error};
 
 /// Light fades linearly with depth through the volume ("intensity depth-cueing", Weiler,
 /// Kraus, Ertl 2002, figure 11).
@@ -39,10 +40,9 @@ impl DepthCue {
         })
     }
 
-    /// The ramp over a volume in `bounds`.
-    pub fn ramp(&self, camera: &Camera, bounds: &Bounds) -> CueRamp {
-        let (_, _, forward) = camera.axes();
-        let depth = |corner| forward.dot(corner - camera.position);
+    /// The ramp over a volume in `bounds`, seen from `eye` along the unit vector `forward`.
+    pub fn ramp(&self, eye: DVec3, forward: DVec3, bounds: &Bounds) -> CueRamp {
+        let depth = |corner| forward.dot(corner - eye);
         let depths = bounds.corners().map(depth);
         let near = depths.iter().copied().fold(f64::INFINITY, f64::min);
         let far = depths.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -75,10 +75,7 @@ impl CueRamp {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
-    use crate::CameraFit;
 
     #[test]
     fn the_ramp_spans_the_box_before_the_eye() {
@@ -87,16 +84,12 @@ mod tests {
             max: DVec3::splat(1.0),
         };
         let cue = DepthCue { strength: 0.75 };
-        let mut camera = Camera::fit(&bounds, CameraFit::PlusZ, true, 1.0);
-        camera.position = DVec3::new(0.0, 0.0, 5.0);
-        let ramp = cue.ramp(&camera, &bounds);
+        let ramp = cue.ramp(DVec3::new(0.0, 0.0, 5.0), DVec3::NEG_Z, &bounds);
         assert!((ramp.at(4.0) - 1.0).abs() < 1e-15);
         assert!((ramp.at(5.0) - 0.625).abs() < 1e-15);
         assert!((ramp.at(6.0) - 0.25).abs() < 1e-15);
         // From inside, it begins at the eye.
-        camera.position = DVec3::ZERO;
-        camera.focal_point = DVec3::NEG_Z;
-        let ramp = cue.ramp(&camera, &bounds);
+        let ramp = cue.ramp(DVec3::ZERO, DVec3::NEG_Z, &bounds);
         assert!((ramp.at(0.0) - 1.0).abs() < 1e-15);
         assert!((ramp.at(1.0) - 0.25).abs() < 1e-15);
     }

@@ -2,5 +2,6 @@
 
 mod adversarial;
 mod closed_forms;
+mod look;
 mod metamorphic;
 mod scenes;
