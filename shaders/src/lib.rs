@@ -119,6 +119,8 @@ pub mod raycast_peel {
         "common/optics_model.wgsl",
         "common/transfer_function.wgsl",
         "common/optics.wgsl",
+        "common/cue.wgsl",
+        "common/look.wgsl",
         "common/sides.wgsl",
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",

@@ -3,7 +3,7 @@
 //! Reading order: [`adapter`] finds a device and makes a [`Gpu`]; [`memory`]
 //! makes buffers and textures that are checked against its limits, and reads
 //! them back; [`normalization`] is the one place where numbers leave f64 and
-//! [`transfer_function`] one of its users; [`timer`] measures a frame on the device;
+//! [`transfer_function`] and [`look`] two of its users; [`timer`] measures a frame on the device;
 //! [`sort`] orders keys on it.
 //!
 //! # Failure
@@ -20,6 +20,7 @@
 
 pub mod adapter;
 pub mod gather;
+pub mod look;
 pub mod memory;
 pub mod normalization;
 pub mod passes;
@@ -33,6 +34,7 @@ pub mod transfer_function;
 pub const QUIET_MESA: (&str, &str) = ("NODEVICE_SELECT", "1");
 
 pub use adapter::{Gpu, GpuOptions, adapters, describe};
+pub use look::Look;
 pub use memory::read_back;
 pub use normalization::{Normalization, ScalarMap};
 pub use sort::RadixSort;

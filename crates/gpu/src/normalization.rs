@@ -6,7 +6,7 @@
 //! the origin or a million miles from it, give the same picture.
 
 use tetrascope_core::glam::{DVec3, Vec3};
-use tetrascope_core::{Bounds, TransferFunction};
+use tetrascope_core::{Appearance, Bounds, OpticalModel, TransferFunction};
 
 /// Beyond this, extinctions and colors are as good as infinite; sums and products
 /// of a few of them still fit f32.
@@ -65,7 +65,16 @@ impl ScalarMap {
     ///
     /// A single knot is constant everywhere, so any width will do.
     pub fn of(transfer_function: &TransferFunction) -> ScalarMap {
-        let (low, high) = transfer_function.range();
+        ScalarMap::of_range(transfer_function.range())
+    }
+
+    /// As [`ScalarMap::of`]; but where isosurfaces are drawn, it takes the volume's own
+    /// range to [0, 1], as there may be a value anywhere in it.
+    pub fn of_appearance(appearance: &Appearance, volume: Option<(f64, f64)>) -> ScalarMap {
+        ScalarMap::of_range(needed_range(appearance, volume))
+    }
+
+    fn of_range((low, high): (f64, f64)) -> ScalarMap {
         let width = high - low;
         ScalarMap {
             low,
@@ -83,7 +92,15 @@ impl ScalarMap {
     /// They do while the new range is inside a few widths of the old one and not
     /// much narrower: below that, f32 would resolve less than 2⁻¹⁹ of it.
     pub fn suits(&self, transfer_function: &TransferFunction) -> bool {
-        let (low, high) = transfer_function.range();
+        self.suits_range(transfer_function.range())
+    }
+
+    /// As [`ScalarMap::suits`], for [`ScalarMap::of_appearance`].
+    pub fn suits_appearance(&self, appearance: &Appearance, volume: Option<(f64, f64)>) -> bool {
+        self.suits_range(needed_range(appearance, volume))
+    }
+
+    fn suits_range(&self, (low, high): (f64, f64)) -> bool {
         let inside =
             (-1.0..=2.0).contains(&self.exact(low)) && (-1.0..=2.0).contains(&self.exact(high));
         let wide = high - low >= self.width / 8.0;
@@ -99,6 +116,14 @@ impl ScalarMap {
     /// range is clamped, where the function is constant; NaN stays NaN.
     pub fn scalar(&self, scalar: f64) -> f32 {
         self.exact(scalar).clamp(-HUGE, HUGE) as f32
+    }
+}
+
+/// The scalars that `appearance` tells apart.
+fn needed_range(appearance: &Appearance, volume: Option<(f64, f64)>) -> (f64, f64) {
+    match (appearance.optical_model, volume) {
+        (OpticalModel::Isosurfaces, Some(range)) => range,
+        _ => appearance.transfer_function.range(),
     }
 }
 

@@ -24,7 +24,8 @@ pub(crate) struct March {
     pub(crate) tiles_x: u32,
     /// The optical depth beyond which a ray stops.
     pub(crate) stop_depth: f32,
-    pub(crate) padding_0: u32,
+    /// World units in a normalized unit.
+    pub(crate) scale: f32,
     pub(crate) padding_1: u32,
     pub(crate) padding_2: u32,
 }
@@ -64,7 +65,7 @@ mod tests {
                 height,
                 tiles_x,
                 stop_depth,
-                padding_0,
+                scale,
                 padding_1,
                 padding_2
             }

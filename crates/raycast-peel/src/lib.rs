@@ -44,8 +44,4 @@ use tetrascope_core::Abilities;
 pub const NAME: &str = "raycast-peel";
 
 /// What it draws beyond the volumetric optical models.
-pub const ABILITIES: Abilities = Abilities {
-    isosurfaces: false,
-    depth_cue: false,
-    clip_planes: false,
-};
+pub const ABILITIES: Abilities = Abilities::ALL;

@@ -35,9 +35,10 @@ impl RaycastPeel {
         self.single.bytes_resident()
     }
 
-    /// Records one frame into `image`, an Rgba32Float storage texture as large as
-    /// the view; the caller submits. What the frame did is in the buffer returned,
-    /// once the commands have run.
+    /// Records one frame into `image`, an Rgba32Float storage texture, and where there are
+    /// isosurfaces their depths into `depths`, R32Float: along the ray, world units, 3e38
+    /// for none. Both are as large as the view; the caller submits. What the frame
+    /// did is in the buffer returned, once the commands have run.
     ///
     /// # Errors
     /// A view that is no view, and more pairs of tile and boundary face than 32 bits count.
@@ -46,8 +47,9 @@ impl RaycastPeel {
         encoder: &mut wgpu::CommandEncoder,
         view: &View,
         image: &wgpu::TextureView,
+        depths: Option<&wgpu::TextureView>,
     ) -> Result<wgpu::Buffer, Error> {
-        self.single.encode(encoder, view, image)
+        self.single.encode(encoder, view, image, depths)
     }
 }
 

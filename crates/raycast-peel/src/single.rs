@@ -2,11 +2,13 @@
 
 use std::time::Instant;
 
-use tetrascope_core::glam::{DVec3, Vec3};
+use tetrascope_core::glam::{DAffine3, DVec3, Vec3};
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{
-    Appearance, Error, Frame, FrameStats, Scalars, TetMesh, View, Volume, VolumeRenderer,
+    Appearance, Error, Frame, FrameStats, OpticalModel, Scalars, TetMesh, View, Volume,
+    VolumeRenderer,
 };
+use tetrascope_gpu::look::{look, look_constants};
 use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::transfer_function::{Interval, intervals};
@@ -23,6 +25,9 @@ use crate::tiles::{TILE, Tiles};
 /// Mapped scalars stay below 10³⁰; the shader takes anything from 10³⁴ on for this,
 /// so it still shows where a face's weights reduce it.
 const TRANSPARENT_SCALAR: f32 = 1e38;
+
+/// What the shader writes for a ray that meets no surface: infinity is nothing to count on.
+const NO_SURFACE: f32 = 3e38;
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
@@ -132,7 +137,10 @@ impl Style {
             &mesh.normalization,
         );
         let per_cell = mesh.source.scalars().association == Association::Cell;
+        let [clipped, cued] = look_constants(appearance);
         let constants = [
+            clipped,
+            cued,
             model_constant(appearance.optical_model),
             ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
             ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
@@ -196,7 +204,7 @@ impl Single {
         appearance: &Appearance,
         options: &RaycastOptions,
     ) -> Result<Single, Error> {
-        let map = ScalarMap::of(&appearance.transfer_function);
+        let map = ScalarMap::of_appearance(appearance, volume.scalar_range());
         let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options.locality)?;
         Ok(Single {
             style: Style::new(gpu, &mesh, appearance)?,
@@ -222,16 +230,25 @@ impl Single {
             .sum()
     }
 
-    /// Records one frame into `image`, an Rgba32Float storage texture as large as
-    /// the view; the caller submits. What the frame did is in the buffer returned,
-    /// once the commands have run.
+    /// Records one frame into `image`, an Rgba32Float storage texture, and where there are
+    /// isosurfaces into `depths`, R32Float; both as large as the view. The caller submits.
+    /// What the frame did is in the buffer returned, once the commands have run.
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         view: &View,
         image: &wgpu::TextureView,
+        depths: Option<&wgpu::TextureView>,
     ) -> Result<wgpu::Buffer, Error> {
         view.validate()?;
+        // A texel that nobody writes, where no depths are wanted: bindings must be filled.
+        let unused = match depths {
+            Some(_) => None,
+            None => Some(self.depths((1, 1))?.create_view(&Default::default())),
+        };
+        let Some(depths) = depths.or(unused.as_ref()) else {
+            return Err(Error::invalid("no texture for depths"));
+        };
         let rays = Rays::new(view, &self.mesh.normalization);
         let tiles = Tiles::new(view, &rays, &self.mesh.faces).ok_or_else(|| Error::TooLarge {
             what: "the boundary faces of all tiles".into(),
@@ -244,12 +261,23 @@ impl Single {
             .gpu
             .upload("raycast-peel::march", &[march], BufferUsages::UNIFORM)?;
         let storage = BufferUsages::STORAGE;
-        let starts = self
-            .gpu
-            .upload("raycast-peel::tile_starts", &tiles.starts, storage)?;
         let faces = self
             .gpu
-            .upload("raycast-peel::tile_faces", &tiles.faces, storage)?;
+            .upload("raycast-peel::tile_faces", &tiles.lists, storage)?;
+        let (look, items) = look(
+            &self.style.appearance,
+            view,
+            &self.mesh.source.bounds(),
+            &self.mesh.normalization,
+            &self.mesh.scalar_map,
+            &DAffine3::IDENTITY,
+        );
+        let look = self
+            .gpu
+            .upload("raycast-peel::look", &[look], BufferUsages::UNIFORM)?;
+        let items = self
+            .gpu
+            .upload("raycast-peel::look_items", &items, storage)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let counters = self
             .gpu
@@ -288,8 +316,10 @@ impl Single {
                 uniform.as_entire_binding(),
                 wgpu::BindingResource::TextureView(image),
                 counters.as_entire_binding(),
-                starts.as_entire_binding(),
                 faces.as_entire_binding(),
+                wgpu::BindingResource::TextureView(depths),
+                look.as_entire_binding(),
+                items.as_entire_binding(),
             ];
             let groups = [
                 group(0, &frame),
@@ -309,6 +339,14 @@ impl Single {
         Ok(counters)
     }
 
+    /// A texture for depths.
+    fn depths(&self, size: (u32, u32)) -> Result<wgpu::Texture, Error> {
+        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        let label = "raycast-peel::depths";
+        self.gpu
+            .texture(label, size, TextureFormat::R32Float, usage)
+    }
+
     fn march(&self, view: &View, rays: &Rays) -> March {
         let extended = |v: DVec3, w: f32| v.as_vec3().extend(w).to_array();
         March {
@@ -322,7 +360,7 @@ impl Single {
             height: view.height,
             tiles_x: view.width.div_ceil(TILE),
             stop_depth: self.options.stop_depth(),
-            padding_0: 0,
+            scale: self.mesh.normalization.scale as f32,
             padding_1: 0,
             padding_2: 0,
         }
@@ -345,10 +383,17 @@ impl VolumeRenderer for Single {
         let source = tetrahedra(volume)?;
         let same_kind = source.scalars().association == self.mesh.source.scalars().association;
         if source.shares_geometry(&self.mesh.source) && same_kind {
+            let appearance = &self.style.appearance;
+            let range = source.scalar_range();
+            let suits = self.mesh.scalar_map.suits_appearance(appearance, range);
             self.mesh.source = source.clone();
+            if !suits {
+                self.mesh.scalar_map = ScalarMap::of_appearance(appearance, range);
+                self.style = Style::new(&self.gpu, &self.mesh, &appearance.clone())?;
+            }
             return self.mesh.write_scalars(&self.gpu);
         }
-        let map = ScalarMap::of(&self.style.appearance.transfer_function);
+        let map = ScalarMap::of_appearance(&self.style.appearance, volume.scalar_range());
         let mesh = Mesh::new(&self.gpu, source, map, self.options.locality)?;
         self.style = Style::new(&self.gpu, &mesh, &self.style.appearance)?;
         self.mesh = mesh;
@@ -356,8 +401,9 @@ impl VolumeRenderer for Single {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        if !self.mesh.scalar_map.suits(&appearance.transfer_function) {
-            self.mesh.scalar_map = ScalarMap::of(&appearance.transfer_function);
+        let range = self.mesh.source.scalar_range();
+        if !self.mesh.scalar_map.suits_appearance(appearance, range) {
+            self.mesh.scalar_map = ScalarMap::of_appearance(appearance, range);
             self.mesh.write_scalars(&self.gpu)?;
         }
         self.style = Style::new(&self.gpu, &self.mesh, appearance)?;
@@ -377,8 +423,18 @@ impl VolumeRenderer for Single {
             .gpu
             .device()
             .create_command_encoder(&Default::default());
-        let counters = self.encode(&mut encoder, view, &image.create_view(&Default::default()))?;
+        let has_depths = self.style.appearance.optical_model == OpticalModel::Isosurfaces;
+        let depths = has_depths
+            .then(|| self.depths((view.width, view.height)))
+            .transpose()?;
+        let depths_view = depths.as_ref().map(|d| d.create_view(&Default::default()));
+        let image_view = image.create_view(&Default::default());
+        let counters = self.encode(&mut encoder, view, &image_view, depths_view.as_ref())?;
         let gpu = &self.gpu;
+        let depths = depths
+            .as_ref()
+            .map(|texture| read_back(gpu, &mut encoder, Source::Texture(texture)))
+            .transpose()?;
         let pixels = read_back(gpu, &mut encoder, Source::Texture(&image))?;
         let counters = read_back(
             gpu,
@@ -398,7 +454,15 @@ impl VolumeRenderer for Single {
         stats.bytes_resident = self.bytes_resident();
         stats.gpu_seconds = times.map(|t| timer::seconds(gpu, t)).transpose()?.flatten();
         stats.cpu_seconds = start.elapsed().as_secs_f64();
-        Ok(Frame::new((view.width, view.height), pixels, stats))
+        let mut frame = Frame::new((view.width, view.height), pixels, stats);
+        if let Some(depths) = depths {
+            let mut depths: Vec<f32> = depths.read()?;
+            for depth in depths.iter_mut().filter(|depth| **depth >= NO_SURFACE) {
+                *depth = f32::INFINITY;
+            }
+            frame.depths = Some(depths);
+        }
+        Ok(frame)
     }
 }
 

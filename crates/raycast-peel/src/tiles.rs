@@ -19,11 +19,12 @@ pub(crate) const TILE: u32 = 8;
 /// each rounds by at most 2⁻²⁴ · 4. So do the anchor and the direction: 6 · 2⁻²² < 2⁻¹⁹.
 const BLUR: f64 = 1.0 / (1 << 19) as f64;
 
-/// Faces by tile, row by row: those of tile i are `faces[starts[i]..starts[i + 1]]`.
+/// Faces by tile, row by row: those of tile i are `lists[lists[i]..lists[i + 1]]`.
+///
+/// One list with its own index at the front, as a shader has few bindings.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Tiles {
-    pub(crate) starts: Vec<u32>,
-    pub(crate) faces: Vec<u32>,
+    pub(crate) lists: Vec<u32>,
 }
 
 /// A rectangle of tiles, both ends included.
@@ -49,29 +50,28 @@ impl Tiles {
             let [x1, y1] = r.last;
             (y0..=y1).flat_map(move |y| (x0..=x1).map(move |x| (y * columns + x) as usize))
         };
-        let mut starts = vec![0u32; (columns * rows) as usize + 1];
-        let mut total = 0u32;
+        let count = (columns * rows) as usize;
+        let mut lists = vec![0u32; count + 1];
+        lists[0] = count as u32 + 1;
+        let mut total = lists[0];
         for rectangle in rectangles.iter().flatten() {
             for tile in tiles_of(rectangle) {
-                starts[tile + 1] += 1;
+                lists[tile + 1] += 1;
                 total = total.checked_add(1)?;
             }
         }
-        for tile in 1..starts.len() {
-            starts[tile] += starts[tile - 1];
+        for tile in 0..count {
+            lists[tile + 1] += lists[tile];
         }
-        let mut places = starts.clone();
-        let mut sorted = vec![0; total as usize];
+        let mut places = lists.clone();
+        lists.resize(total as usize, 0);
         for (face, rectangle) in (0..).zip(&rectangles) {
             for tile in rectangle.iter().flat_map(tiles_of) {
-                sorted[places[tile] as usize] = face;
+                lists[places[tile] as usize] = face;
                 places[tile] += 1;
             }
         }
-        Some(Tiles {
-            starts,
-            faces: sorted,
-        })
+        Some(Tiles { lists })
     }
 }
 
@@ -140,6 +140,12 @@ mod tests {
 
     use super::*;
 
+    impl Tiles {
+        fn faces(&self) -> &[u32] {
+            &self.lists[self.lists[0] as usize..]
+        }
+    }
+
     /// Every face is listed in the tile through which its center is seen.
     #[test]
     fn faces_are_where_they_are_seen() {
@@ -165,11 +171,9 @@ mod tests {
                     let face = [near, near + 1e-4 * Vec3::X, near + 1e-4 * Vec3::Y];
                     let tiles = Tiles::new(&view, &rays, &[face]).expect("few");
                     let tile = (row / TILE * view.width.div_ceil(TILE) + column / TILE) as usize;
-                    assert!(
-                        tiles.starts[tile] < tiles.starts[tile + 1],
-                        "{column} {row}"
-                    );
-                    assert!(tiles.faces.len() <= 4, "{column} {row}: {tiles:?}");
+                    let [start, end] = [0, 1].map(|i| tiles.lists[tile + i]);
+                    assert!(start < end, "{column} {row}");
+                    assert!(tiles.faces().len() <= 4, "{column} {row}: {tiles:?}");
                 }
             }
         }
@@ -193,7 +197,7 @@ mod tests {
         assert_eq!(
             Tiles::new(&view, &rays, &[through])
                 .expect("few")
-                .faces
+                .faces()
                 .len(),
             64
         );
@@ -201,7 +205,7 @@ mod tests {
         assert_eq!(
             Tiles::new(&view, &rays, &[beside])
                 .expect("few")
-                .faces
+                .faces()
                 .len(),
             0
         );

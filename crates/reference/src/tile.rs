@@ -59,7 +59,8 @@ impl Scene<'_> {
             stretch: Stretch { near, far, .. },
             ..
         } = ray;
-        if crossing.z_out <= near || crossing.z_in >= far || crossing.z_in == crossing.z_out {
+        // Where planes leave nothing of the ray, near is behind far.
+        if crossing.z_out.min(far) <= crossing.z_in.max(near) {
             return None;
         }
         let blur = steepness.blur(&crossing, length_per_z / self.frame.scale);

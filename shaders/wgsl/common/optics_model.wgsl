@@ -5,6 +5,7 @@ const EMISSION_ABSORPTION: u32 = 0u;
 const EMISSION: u32 = 1u;
 const ABSORPTION: u32 = 2u;
 const MAXIMUM_INTENSITY: u32 = 3u;
+const ISOSURFACES: u32 = 4u;
 override MODEL: u32 = EMISSION_ABSORPTION;
 
 // e^(−m), 0 where f32 has no number so small.

@@ -5,7 +5,8 @@
 // the boundary faces of its tile.
 // In:   vertices, cells, boundary, and for each tile the boundary faces that its rays may meet.
 // Out:  linear premultiplied RGBA over the background, one texel a ray.
-// With: raycast_peel/walk.wgsl, common/sides.wgsl, common/optics.wgsl and what it needs
+// With: raycast_peel/walk.wgsl, common/sides.wgsl, common/optics.wgsl and what it needs,
+//       common/cue.wgsl, common/look.wgsl
 
 struct March {
     anchor: vec4f,     // anchor of pixel (0, 0)'s center, relative to the mesh's center; w unused
@@ -18,7 +19,7 @@ struct March {
     height: u32,
     tiles_x: u32,      // tiles a row
     stop_depth: f32,   // optical depth beyond which a ray stops
-    padding_0: u32,
+    scale: f32,        // world units in a normalized unit
     padding_1: u32,
     padding_2: u32,
 }
@@ -41,8 +42,11 @@ struct Counters {
 @group(0) @binding(0) var<uniform> march: March;
 @group(0) @binding(1) var image: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(2) var<storage, read_write> counters: Counters;
-@group(0) @binding(3) var<storage, read> tile_starts: array<u32>; // in tile_faces, and one more
-@group(0) @binding(4) var<storage, read> tile_faces: array<u32>;
+// For each tile where its boundary faces begin, and where the last ends; then these faces.
+@group(0) @binding(3) var<storage, read> tile_faces: array<u32>;
+@group(0) @binding(4) var depths: texture_storage_2d<r32float, write>; // of ISOSURFACES
+@group(0) @binding(5) var<uniform> look: Look;
+@group(0) @binding(6) var<storage, read> look_items: array<vec4f>;
 
 @group(1) @binding(0) var<storage, read> positions: array<f32>; // x, y, z of each vertex, normalized
 @group(1) @binding(1) var<storage, read> scalars: array<f32>;   // of each vertex or cell
@@ -50,6 +54,10 @@ struct Counters {
 @group(1) @binding(3) var<storage, read> boundary: array<BoundaryFace>;
 
 @group(2) @binding(0) var<storage, read> intervals: array<Interval>;
+
+fn look_of(i: u32) -> vec4f {
+    return look_items[i];
+}
 
 fn interval(i: u32) -> Interval {
     return intervals[i];
@@ -97,8 +105,8 @@ fn boundary_crossing(face: u32, shear: Shear) -> vec2f {
 // The first crossings after (t, face), in order, among the faces of a tile.
 fn search(tile: u32, shear: Shear, after_t: f32, after_face: u32, first: bool) -> Crossings {
     var found: Crossings;
-    let end = tile_starts[tile + 1u];
-    for (var i = tile_starts[tile]; i < end; i += 1u) {
+    let end = tile_faces[tile + 1u];
+    for (var i = tile_faces[tile]; i < end; i += 1u) {
         let face = tile_faces[i];
         let crossed = boundary_crossing(face, shear);
         if crossed.y == 0.0 || !(first || comes_before(after_t, after_face, crossed.x, face)) {
@@ -129,6 +137,14 @@ fn insert(found: ptr<function, Crossings>, t: f32, face: u32) {
     (*found).face[place] = face;
 }
 
+// A ray, apart from its shear.
+struct Line {
+    direction: vec3f,
+    begin: f32, // t of the eye, or of the clip planes
+    end: f32,
+    cue: vec2f, // the depth cue at t is x + t y
+}
+
 // Where a path through the mesh ended.
 struct Exit {
     face: u32,   // a boundary face
@@ -140,7 +156,7 @@ struct Exit {
 //
 // Ends without a counter: each cell is crossed through exactly two faces
 // (walk.wgsl), so a path cannot come back to a cell.
-fn follow(entry: u32, turn: i32, shear: Shear, eye_t: f32, ray: ptr<function, Gathered>) -> Exit {
+fn follow(entry: u32, turn: i32, shear: Shear, line: Line, ray: ptr<function, Gathered>) -> Exit {
     let ids = boundary[entry];
     var a = corner(ids.a, shear);
     var b = corner(ids.b, shear);
@@ -156,27 +172,34 @@ fn follow(entry: u32, turn: i32, shear: Shear, eye_t: f32, ray: ptr<function, Ga
         let d = corner(cells[word] ^ a.id ^ b.id ^ c.id, shear);
         // Of the three faces around d, the ray leaves through the one whose two
         // edges at d pass it on the side of the entry face's edges.
-        var left = a.id;
+        var left = a;
         var kept = vec2u(b.id, c.id);
         if side(a.xy, d.xy) == -turn {
             if side(b.xy, d.xy) == turn {
-                left = c.id;
+                left = c;
                 kept = vec2u(a.id, b.id);
                 c = d;
             } else {
                 a = d;
             }
         } else if side(c.xy, d.xy) == -turn {
-            left = b.id;
+            left = b;
             kept = vec2u(a.id, c.id);
             b = d;
         } else {
             a = d;
         }
-        let rank = u32(kept.x < left) + u32(kept.y < left) + u32(d.id < left);
+        let rank = u32(kept.x < left.id) + u32(kept.y < left.id) + u32(d.id < left.id);
         let next = cells[word + 1u + rank];
         let far = crossing_point(a, b, c, turned) * vec2f(shear.depth, 1.0);
-        add_cell(cell, near, far, seen, eye_t, ray);
+        let piece = piece_of(cell, near, far, seen, line);
+        if piece.length > 0.0 {
+            if MODEL == ISOSURFACES {
+                meet_surface(piece, array<Corner, 4>(a, b, c, left), shear, line, ray);
+            } else {
+                gather(ray, piece);
+            }
+        }
         visits += 1u;
         seen = max(seen, far.x);
         near = far;
@@ -184,7 +207,7 @@ fn follow(entry: u32, turn: i32, shear: Shear, eye_t: f32, ray: ptr<function, Ga
             exit = next & ~AT_BOUNDARY;
             break;
         }
-        if (*ray).depth > march.stop_depth {
+        if (*ray).depth > march.stop_depth || seen >= line.end {
             break;
         }
         cell = next;
@@ -195,26 +218,66 @@ fn follow(entry: u32, turn: i32, shear: Shear, eye_t: f32, ray: ptr<function, Ga
 // Instead of a face: the ray ended inside the mesh.
 const NO_FACE: u32 = 0xffffffffu;
 
-// Adds the piece of the ray between `near` and `far`, each (t, scalar), in front of
-// the eye. An inverted cell goes back; what was seen is not seen again.
-fn add_cell(cell: u32, near: vec2f, far: vec2f, seen: f32, eye_t: f32, ray: ptr<function, Gathered>) {
-    let begin = max(max(near.x, seen), eye_t);
-    let length = far.x - begin;
-    if length <= 0.0 {
-        return;
-    }
+// A piece of the ray in one cell.
+struct Piece {
+    front: f32,  // scalar
+    back: f32,
+    begin: f32,  // t
+    length: f32, // 0 where there is nothing to add
+    cue: vec2f,  // at both ends
+}
+
+// The piece of the ray between `near` and `far`, each (t, scalar), that is not cut
+// away. An inverted cell goes back; what was seen is not seen again.
+fn piece_of(cell: u32, near: vec2f, far: vec2f, seen: f32, line: Line) -> Piece {
+    let begin = max(max(near.x, seen), line.begin);
+    let end = min(far.x, line.end);
     var front = near.y;
     var back = far.y;
     if SCALARS_PER_CELL {
         front = scalars[cell];
         back = front;
-    } else if begin > near.x {
-        front = mix(near.y, far.y, (begin - near.x) / (far.x - near.x));
+    } else {
+        if begin > near.x {
+            front = mix(near.y, far.y, (begin - near.x) / (far.x - near.x));
+        }
+        if end < far.x {
+            back = mix(near.y, far.y, saturate((end - near.x) / (far.x - near.x)));
+        }
     }
-    if max(front, back) < TRANSPARENT_SCALAR {
-        gather(ray, front, back, length);
+    let shows = max(front, back) < TRANSPARENT_SCALAR;
+    var cue = vec2f(1.0);
+    if CUED {
+        cue = saturate(line.cue.x + vec2f(begin, end) * line.cue.y);
     }
+    return Piece(front, back, begin, select(0.0, end - begin, shows && end > begin), cue);
 }
+
+// Ends the ray at the first isosurface in a piece, if there is one.
+fn meet_surface(piece: Piece, cell: array<Corner, 4>, shear: Shear, line: Line, ray: ptr<function, Gathered>) {
+    let met = nearest_crossing(piece.front, piece.back);
+    if met.surface == look.surface_count {
+        return;
+    }
+    let g = gradient_of(
+        vec4f(cell[0].xy, cell[0].z, cell[0].scalar),
+        vec4f(cell[1].xy, cell[1].z, cell[1].scalar),
+        vec4f(cell[2].xy, cell[2].z, cell[2].scalar),
+        vec4f(cell[3].xy, cell[3].z, cell[3].scalar),
+    );
+    // Corners are sheared: x' = x − slope z changes the derivative by z alone.
+    let gradient = unpermute(vec3f(g.xy, g.z - dot(shear.slope, g.xy)), shear.axis);
+    let cue = mix(piece.cue.x, piece.cue.y, met.share);
+    (*ray).light = cue * shade(met.surface, gradient, line.direction);
+    (*ray).depth = SURFACE_DEPTH;
+    (*ray).surface_t = piece.begin + met.share * piece.length;
+}
+
+// The depth of rays that meet none.
+const NO_SURFACE: f32 = 3e38;
+
+// An optical depth behind which a ray stops, whatever its `stop_depth`.
+const SURFACE_DEPTH: f32 = 1e35;
 
 // From here on a mapped scalar stands for one that is not a number.
 const TRANSPARENT_SCALAR: f32 = 1e34;
@@ -226,6 +289,7 @@ override SCALARS_PER_CELL: bool = false;
 struct Gathered {
     light: vec3f,
     depth: f32, // optical; stays 0 where the model does not absorb
+    surface_t: f32, // of the isosurface that it met
     // The interval of the transfer function in which the ray is: the scalar is
     // continuous along a path, so the next cell most likely begins in it.
     index: u32,
@@ -233,12 +297,15 @@ struct Gathered {
 }
 
 fn nothing_gathered() -> Gathered {
-    return Gathered(vec3f(0.0), 0.0, 0u, interval(0u));
+    return Gathered(vec3f(0.0), 0.0, FAR_AWAY, 0u, interval(0u));
 }
 
-// Adds a segment as `integrate` does, from the interval that the ray is in: where
+// Adds a piece as `integrate` does, from the interval that the ray is in: where
 // it stays there nothing is read.
-fn gather(ray: ptr<function, Gathered>, front: f32, back: f32, length: f32) {
+fn gather(ray: ptr<function, Gathered>, piece: Piece) {
+    let front = piece.front;
+    let back = piece.back;
+    let length = piece.length;
     // The outer intervals reach beyond every scalar, so neither loop leaves the array.
     while front > (*ray).interval.high {
         enter(ray, (*ray).index + 1u);
@@ -265,7 +332,16 @@ fn gather(ray: ptr<function, Gathered>, front: f32, back: f32, length: f32) {
         }
         // A piece without length adds nothing, in MAXIMUM_INTENSITY neither.
         if share > 0.0 {
-            let sum = add_piece(vec4f((*ray).light, (*ray).depth), start, end, share);
+            var sum = vec4f((*ray).light, (*ray).depth);
+            if CUED {
+                var at = vec2f(0.0, 1.0);
+                if whole > 0.0 {
+                    at = abs(vec2f(scalar, end_scalar) - front) / whole;
+                }
+                sum = add_cued_piece(sum, start, end, share, mix(piece.cue.xx, piece.cue.yy, at));
+            } else {
+                sum = add_piece(sum, start, end, share);
+            }
             (*ray).light = sum.xyz;
             (*ray).depth = sum.w;
         }
@@ -339,6 +415,9 @@ fn cast_ray(pixel: vec2u) -> u32 {
         eye_t = -distance;
     }
     let shear = shear_of(anchor, direction);
+    let left = clip_ray(anchor, direction);
+    let cue = vec2f(dot(look.cue.xyz, anchor) + look.cue.w, dot(look.cue.xyz, direction));
+    let line = Line(direction, max(eye_t, left.x), left.y, cue);
     var ray = nothing_gathered();
     var visits = 0u;
     let tile = pixel.y / TILE * march.tiles_x + pixel.x / TILE;
@@ -354,11 +433,14 @@ fn cast_ray(pixel: vec2u) -> u32 {
         let t = found.t[next];
         let face = found.face[next];
         next += 1u;
+        if t >= line.end {
+            break;
+        }
         let is_exit = any(vec4u(exits[0], exits[1], exits[2], exits[3]) == vec4u(face));
         if !is_exit {
             let before = ray;
             let turn = i32(boundary_crossing(face, shear).y);
-            let path = follow(face, turn, shear, eye_t, &ray);
+            let path = follow(face, turn, shear, line, &ray);
             if path.face == NO_FACE {
                 visits += path.visits;
                 paths += 1u;
@@ -381,5 +463,10 @@ fn cast_ray(pixel: vec2u) -> u32 {
     }
     atomicAdd(&tile_paths, paths);
     textureStore(image, pixel, over(ray, march.background));
+    if MODEL == ISOSURFACES {
+        // World units from where the ray starts.
+        let depth = select((ray.surface_t - eye_t) * march.scale, NO_SURFACE, ray.surface_t == FAR_AWAY);
+        textureStore(depths, pixel, vec4f(depth, 0.0, 0.0, 0.0));
+    }
     return visits;
 }

@@ -41,6 +41,14 @@ fn permute(p: vec3f, axis: u32) -> vec3f {
     return select(p.zxy, p.yzx, axis == 0u);
 }
 
+// The inverse of `permute`.
+fn unpermute(p: vec3f, axis: u32) -> vec3f {
+    if axis == 2u {
+        return p;
+    }
+    return select(p.yzx, p.zxy, axis == 0u);
+}
+
 // The only code that shears a vertex: the same vertex has the same bits wherever
 // a ray meets it. `fma` may or may not be fused, but as one operation it is
 // rounded in one way throughout a shader.

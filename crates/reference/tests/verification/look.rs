@@ -137,6 +137,23 @@ fn nothing_is_left_behind_all_planes() {
     assert_eq!(image.cell_visits, 0);
 }
 
+// Two planes that keep nothing between them: the ray's end is before its beginning.
+#[test]
+fn nothing_is_left_between_planes_that_look_away() {
+    let plane = |x: f64, normal| ClipPlane {
+        point: DVec3::splat(x),
+        normal,
+    };
+    let mut look = surfaces();
+    look.clip_planes = vec![plane(0.7, DVec3::ONE), plane(0.3, DVec3::NEG_ONE)];
+    for view in views(16) {
+        let image = reference(&cube(), &look).render_exact(&view);
+        let image = image.expect("a valid view");
+        assert!(image.pixels.iter().all(|p| *p == [0.0; 4]));
+        assert_eq!(image.cell_visits, 0);
+    }
+}
+
 fn surfaces() -> Appearance {
     let mut look = appearance(knots(), OpticalModel::Isosurfaces);
     let surface = |value, color: [f64; 3]| Isosurface {

@@ -1,0 +1,98 @@
+//! Clip planes, depth cue and isosurfaces on the device, for `common/look.wgsl`.
+
+use tetrascope_core::appearance::MAX_CLIP_PLANES;
+use tetrascope_core::glam::{DAffine3, DVec3};
+use tetrascope_core::{Appearance, Bounds, OpticalModel, View};
+
+use crate::normalization::{Normalization, ScalarMap, color};
+
+/// The mirror of the shaders' `Look`, where each field is explained.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Look {
+    planes: [[f32; 4]; MAX_CLIP_PLANES],
+    cue: [f32; 4],
+    plane_count: u32,
+    surface_count: u32,
+    light_count: u32,
+    ambient: f32,
+}
+
+/// What `look.wgsl` needs in the space of the program: the uniform and the items.
+///
+/// `space` takes normalized positions there; it moves and turns, but keeps lengths.
+/// `bounds` are the volume's, over which a depth cue spans.
+pub fn look(
+    appearance: &Appearance,
+    view: &View,
+    bounds: &Bounds,
+    normalization: &Normalization,
+    map: &ScalarMap,
+    space: &DAffine3,
+) -> (Look, Vec<[f32; 4]>) {
+    let (_, _, forward) = view.camera.axes();
+    let single = |v: DVec3, w: f64| v.extend(w).as_vec4().to_array();
+    let turned = |v: DVec3| space.transform_vector3(v);
+    let mut planes = [[0.0; 4]; MAX_CLIP_PLANES];
+    for (slot, plane) in planes.iter_mut().zip(&appearance.clip_planes) {
+        let normal = turned(plane.normal.normalize());
+        let point = space.transform_point3(normalization.point(plane.point));
+        *slot = single(normal, -normal.dot(point));
+    }
+    let cue = appearance.depth_cue.map_or([0.0, 0.0, 0.0, 1.0], |cue| {
+        let ramp = cue.ramp(view.camera.position, forward, bounds);
+        let slope = ramp.slope * normalization.scale;
+        let axis = turned(forward);
+        let eye = space.transform_point3(normalization.point(view.camera.position));
+        single(slope * axis, ramp.at_eye - slope * axis.dot(eye))
+    });
+    let surfaces = appearance.isosurfaces.iter().map(|surface| {
+        let [r, g, b] = color(surface.color).to_array();
+        [r, g, b, map.scalar(surface.value)]
+    });
+    let lights = appearance.lighting.resolved(forward);
+    let lit = lights
+        .iter()
+        .flat_map(|light| [single(turned(light.toward), 0.0), single(light.color, 0.0)]);
+    let uniform = Look {
+        planes,
+        cue,
+        plane_count: appearance.clip_planes.len() as u32,
+        surface_count: appearance.isosurfaces.len() as u32,
+        light_count: lights.len() as u32,
+        ambient: appearance.lighting.ambient as f32,
+    };
+    (uniform, surfaces.chain(lit).collect())
+}
+
+/// The pipeline constants that compile only what `appearance` has.
+pub fn look_constants(appearance: &Appearance) -> [(&'static str, f64); 2] {
+    let cued =
+        appearance.depth_cue.is_some() && appearance.optical_model != OpticalModel::Absorption;
+    let has = |yes: bool| f64::from(u8::from(yes));
+    [
+        ("CLIPPED", has(!appearance.clip_planes.is_empty())),
+        ("CUED", has(cued)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn look_has_the_layout_of_its_twin() {
+        use tetrascope_shaders::{assert_layout, raycast_peel::MARCH};
+        assert_layout!(
+            MARCH,
+            Look {
+                planes,
+                cue,
+                plane_count,
+                surface_count,
+                light_count,
+                ambient
+            }
+        );
+    }
+}

@@ -1,0 +1,273 @@
+//! Clip planes, depth cue and isosurfaces against the ground truth.
+
+use tetrascope_core::glam::{DVec2, DVec3};
+use tetrascope_core::{
+    Appearance, Camera, CameraFit, ClipPlane, DepthCue, DirectionalLight, Isosurface, Lighting,
+    OpticalModel, Projection, Ray, View, Volume, VolumeRenderer as _,
+};
+use tetrascope_datasets::{Options, find};
+use tetrascope_gpu::{Gpu, testing};
+use tetrascope_raycast_peel::{RaycastOptions, RaycastPeel};
+use tetrascope_reference::{Reference, ReferenceOptions};
+
+/// What `tests/reference.rs` allows and why; cutting adds one rounding an end.
+const RMSE: f64 = 2e-6;
+const MAX: f64 = 1e-4;
+
+fn scene(name: &str, cells: u64) -> (Volume, Appearance) {
+    let dataset = find(name).expect("a data set");
+    let options = Options {
+        cells: Some(cells),
+        ..Options::default()
+    };
+    let volume = Volume::Mesh(dataset.mesh(&options).expect("a mesh"));
+    let scene = dataset.scene().resolve(&volume).expect("a scene");
+    (volume, scene.appearance)
+}
+
+fn views(volume: &Volume) -> [View; 3] {
+    let bounds = volume.bounds();
+    let inside = Camera {
+        position: bounds.center() + 0.1 * bounds.size(),
+        focal_point: bounds.center(),
+        view_up: DVec3::Z,
+        projection: Projection::Perspective { view_angle: 70.0 },
+    };
+    [
+        Camera::fit(&bounds, CameraFit::PlusIso, false, 1.0),
+        Camera::fit(&bounds, CameraFit::MinusIso, true, 1.0),
+        inside,
+    ]
+    .map(|camera| View {
+        camera,
+        width: 40,
+        height: 40,
+        background: [0.1, 0.2, 0.3, 0.5],
+    })
+}
+
+fn tilted(volume: &Volume) -> Vec<ClipPlane> {
+    let bounds = volume.bounds();
+    let plane = |share: DVec3, normal: [f64; 3]| ClipPlane {
+        point: bounds.min + share * bounds.size(),
+        normal: normal.into(),
+    };
+    vec![
+        plane(DVec3::splat(0.37), [1.0, 0.3, 0.6]),
+        plane(DVec3::splat(0.71), [-0.2, -1.0, 0.1]),
+    ]
+}
+
+fn new(gpu: &Gpu, volume: &Volume, appearance: &Appearance) -> (RaycastPeel, Reference) {
+    let rays = RaycastPeel::new(gpu, volume, appearance, &RaycastOptions::default());
+    let truth = Reference::new(volume, appearance, &ReferenceOptions::default());
+    (rays.expect("it draws all"), truth.expect("it draws all"))
+}
+
+fn check(gpu: &Gpu, name: &str, volume: &Volume, appearance: &Appearance) {
+    for model in OpticalModel::VOLUMETRIC {
+        let appearance = Appearance {
+            optical_model: model,
+            ..appearance.clone()
+        };
+        let (rays, truth) = new(gpu, volume, &appearance);
+        for view in views(volume) {
+            let frame = rays.render(&view).expect("a frame");
+            let truth = truth.render_exact(&view).expect("a frame");
+            let scale = truth
+                .pixels
+                .iter()
+                .flatten()
+                .fold(1.0, |a: f64, b| a.max(*b));
+            let (mut sum, mut max) = (0.0, 0.0_f64);
+            for (got, want) in frame
+                .pixels
+                .iter()
+                .flatten()
+                .zip(truth.pixels.iter().flatten())
+            {
+                let error = (f64::from(*got) - want).abs();
+                sum += error * error;
+                max = max.max(error);
+            }
+            let rmse = (sum / (4.0 * truth.pixels.len() as f64)).sqrt();
+            println!("{name}, {}: rmse {rmse:.1e}, max {max:.1e}", model.name());
+            assert!(
+                rmse <= RMSE * scale && max <= MAX * scale,
+                "{name}, {}, {:?}: {rmse:e} {max:e}",
+                model.name(),
+                view.camera.projection
+            );
+        }
+    }
+}
+
+#[test]
+fn clip_planes_and_cues_agree_with_the_reference() {
+    let Some(gpu) = testing::gpu("clip_planes_and_cues_agree_with_the_reference") else {
+        return;
+    };
+    for (name, cells) in [("sphere", 3000), ("torus", 2000), ("graded", 2000)] {
+        let (volume, mut appearance) = scene(name, cells);
+        appearance.clip_planes = tilted(&volume);
+        check(&gpu, &format!("{name}, clipped"), &volume, &appearance);
+        appearance.depth_cue = Some(DepthCue { strength: 0.9 });
+        check(&gpu, &format!("{name}, both"), &volume, &appearance);
+    }
+}
+
+// One cell with a deep transfer function, in which the color times the cue is far from linear.
+#[test]
+fn a_cue_bends_colors_inside_a_cell() {
+    let Some(gpu) = testing::gpu("a_cue_bends_colors_inside_a_cell") else {
+        return;
+    };
+    let (volume, mut appearance) = scene("sphere", 5);
+    appearance.depth_cue = Some(DepthCue { strength: 1.0 });
+    check(&gpu, "five cells", &volume, &appearance);
+}
+
+#[test]
+fn what_planes_cut_away_is_not_visited() {
+    let Some(gpu) = testing::gpu("what_planes_cut_away_is_not_visited") else {
+        return;
+    };
+    let (volume, mut appearance) = scene("sphere", 3000);
+    let view = views(&volume)[0];
+    let (rays, _) = new(&gpu, &volume, &appearance);
+    let whole = rays.render(&view).expect("a frame").stats.cell_visits;
+    // All but the part near the camera.
+    appearance.clip_planes = vec![ClipPlane {
+        point: volume.bounds().center() + 0.5 * DVec3::ONE.normalize(),
+        normal: DVec3::ONE,
+    }];
+    let (rays, _) = new(&gpu, &volume, &appearance);
+    let near = rays.render(&view).expect("a frame").stats.cell_visits;
+    assert!(
+        2 * near.expect("counted") < whole.expect("counted"),
+        "{near:?} {whole:?}"
+    );
+}
+
+fn surfaces(volume: &Volume) -> Appearance {
+    let (_, mut appearance) = scene("sphere", 5);
+    appearance.optical_model = OpticalModel::Isosurfaces;
+    let (low, high) = volume.scalar_range().expect("a field");
+    let surface = |share: f64, color: [f64; 3]| Isosurface {
+        value: low + share * (high - low),
+        color: color.into(),
+    };
+    appearance.isosurfaces = vec![
+        surface(0.717, [1.0, 0.3, 0.1]),
+        surface(0.231, [0.2, 0.5, 1.0]),
+        surface(0.489, [0.3, 0.9, 0.2]),
+    ];
+    let light = |toward: [f64; 3], color: [f64; 3]| DirectionalLight {
+        toward: toward.into(),
+        color: color.into(),
+    };
+    appearance.lighting = Lighting {
+        ambient: 0.15,
+        lights: vec![
+            light([1.0, 2.0, 3.0], [0.7, 0.6, 0.5]),
+            light([-2.0, 1.0, -1.0], [0.2, 0.3, 0.6]),
+        ],
+    };
+    appearance
+}
+
+/// Whether a ray within 1e-4 of a pixel of this one has this color. f32 moves rays by less
+/// than that (2⁻²⁴ of the distance of some hundred pixels), so it decides what a
+/// ray along a surface's outline, or along an edge between two facets, sees.
+fn is_explained(truth: &Reference, view: &View, pixel: usize, got: [f32; 4]) -> bool {
+    let (column, row) = (pixel as u32 % view.width, pixel as u32 / view.width);
+    let background = view.premultiplied_background();
+    (0..16).any(|i| {
+        let angle = f64::from(i) / 16.0 * std::f64::consts::TAU;
+        let shift = 1e-4 * DVec2::from_angle(angle);
+        let size = DVec2::new(view.width.into(), view.height.into());
+        let at = 2.0 * (DVec2::new(column.into(), row.into()) + 0.5 + shift) / size - 1.0;
+        let ray: Ray = view.camera.ray(at.x, -at.y, size.x / size.y);
+        let trace = truth.trace(&ray).expect("a ray");
+        let near = |c: usize| {
+            let want = trace.pixel[c] + (1.0 - trace.pixel[3]) * background[c];
+            (want - f64::from(got[c])).abs() <= 1e-3
+        };
+        (0..4).all(near)
+    })
+}
+
+#[test]
+fn isosurfaces_agree_with_the_reference() {
+    let Some(gpu) = testing::gpu("isosurfaces_agree_with_the_reference") else {
+        return;
+    };
+    for (name, cells) in [
+        ("sphere", 3000),
+        ("orbital", 3000),
+        ("torus", 2000),
+        ("graded", 2000),
+    ] {
+        let (volume, _) = scene(name, cells);
+        let mut appearance = surfaces(&volume);
+        for clip_planes in [Vec::new(), tilted(&volume)] {
+            appearance.clip_planes = clip_planes;
+            let (rays, reference) = new(&gpu, &volume, &appearance);
+            for view in views(&volume) {
+                let frame = rays.render(&view).expect("a frame");
+                let truth = reference.render_exact(&view).expect("a frame");
+                let depths = frame.depths.as_ref().expect("surfaces have depths");
+                let true_depths = truth.depths.as_ref().expect("surfaces have depths");
+                let (mut hits, mut outliers) = (0, 0);
+                let size = volume.bounds().diagonal();
+                for (i, (got, want)) in frame.pixels.iter().zip(&truth.pixels).enumerate() {
+                    let errors = (0..4).map(|c| (f64::from(got[c]) - want[c]).abs());
+                    let same_depth = depths[i].is_infinite() == true_depths[i].is_infinite()
+                        && (depths[i].is_infinite()
+                            || (f64::from(depths[i]) - true_depths[i]).abs() <= 1e-4 * size);
+                    hits += usize::from(depths[i].is_finite());
+                    // 2⁻²⁴ of the mesh's size over the height of the thinnest cells.
+                    if errors.fold(0.0, f64::max) > 1e-3 || !same_depth {
+                        outliers += 1;
+                        assert!(
+                            is_explained(&reference, &view, i, *got),
+                            "{name}, pixel {i}: {got:?} {}, truth {want:?} {}",
+                            depths[i],
+                            true_depths[i]
+                        );
+                    }
+                }
+                println!("{name}: {hits} hits, {outliers} on outlines");
+                assert!(hits > 20, "{name}");
+                assert!(outliers * 100 <= hits, "{name}: {outliers} of {hits}");
+            }
+        }
+    }
+}
+
+#[test]
+fn surfaces_and_volume_follow_each_other() {
+    let Some(gpu) = testing::gpu("surfaces_and_volume_follow_each_other") else {
+        return;
+    };
+    let (volume, volumetric) = scene("sphere", 1000);
+    let surfaces = surfaces(&volume);
+    let view = views(&volume)[0];
+    let (mut rays, _) = new(&gpu, &volume, &volumetric);
+    let before = rays.render(&view).expect("a frame");
+    rays.restyle(&surfaces).expect("surfaces");
+    let (fresh, _) = new(&gpu, &volume, &surfaces);
+    let (again, first) = (rays.render(&view), fresh.render(&view));
+    let (again, first) = (again.expect("a frame"), first.expect("a frame"));
+    // Scalars mapped for the transfer function round otherwise: outlines may move.
+    let differs = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).any(|c| (a[c] - b[c]).abs() > 1e-3);
+    let different = again
+        .pixels
+        .iter()
+        .zip(&first.pixels)
+        .filter(|p| differs(*p));
+    assert!(again.depths.is_some() && different.count() <= 4);
+    rays.restyle(&volumetric).expect("a volume");
+    let after = rays.render(&view).expect("a frame");
+    assert!(after.pixels == before.pixels && after.depths.is_none());
+}
