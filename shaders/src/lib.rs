@@ -51,12 +51,36 @@ pub mod gather {
 
 /// The parts in `common`, as programs for their tests.
 pub mod common {
-    /// `optics.wgsl` over many segments at once.
+    /// `optics.wgsl` and tables over many segments at once.
     pub const PROBE: &str = program!(
         "common/optics_model.wgsl",
         "common/transfer_function.wgsl",
         "common/optics.wgsl",
+        "preintegration/axes.wgsl",
+        "preintegration/lookup.wgsl",
         "common/probe.wgsl",
+    );
+}
+
+/// Tables of integrals, `preintegration` of `tetrascope-gpu`.
+pub mod preintegration {
+    /// Fills a table of light.
+    pub const FILL_COLOR: &str = program!(
+        "preintegration/axes.wgsl",
+        "common/optics_model.wgsl",
+        "common/transfer_function.wgsl",
+        "common/optics.wgsl",
+        "preintegration/put_color.wgsl",
+        "preintegration/fill.wgsl",
+    );
+    /// Fills a table of optical depth or opacity alone.
+    pub const FILL_DEPTH: &str = program!(
+        "preintegration/axes.wgsl",
+        "common/optics_model.wgsl",
+        "common/transfer_function.wgsl",
+        "common/optics.wgsl",
+        "preintegration/put_depth.wgsl",
+        "preintegration/fill.wgsl",
     );
 }
 
@@ -73,6 +97,8 @@ pub mod projection {
         "common/optics_model.wgsl",
         "common/transfer_function.wgsl",
         "common/optics.wgsl",
+        "preintegration/axes.wgsl",
+        "preintegration/lookup.wgsl",
         "projection/transfer.wgsl",
         "projection/cell.wgsl",
     );
@@ -85,6 +111,8 @@ pub mod projection {
         "common/optics_model.wgsl",
         "common/transfer_function.wgsl",
         "common/optics.wgsl",
+        "preintegration/axes.wgsl",
+        "preintegration/lookup.wgsl",
         "projection/transfer.wgsl",
         "projection/fragments.wgsl",
         "projection/fill.wgsl",
@@ -128,11 +156,13 @@ pub mod raycast_peel {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 14] = [
+pub const PROGRAMS: [(&str, &str); 16] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
     ("common::PROBE", common::PROBE),
+    ("preintegration::FILL_COLOR", preintegration::FILL_COLOR),
+    ("preintegration::FILL_DEPTH", preintegration::FILL_DEPTH),
     ("projection::ORDER", projection::ORDER),
     ("projection::CELL", projection::CELL),
     ("projection::FILL", projection::FILL),

@@ -183,7 +183,7 @@ fn draw(
             // An error comes up again in `build`.
             _ = context.gpu();
         }
-        for &setting in algorithm.sweep {
+        for &setting in (algorithm.sweep)(scene.appearance.optical_model) {
             let settings = Settings::parse(algorithm, setting.split(','))?;
             let start = Instant::now();
             let renderer = (algorithm.supports)(volume, &scene.appearance, &scene.view)

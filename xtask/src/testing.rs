@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use image::RgbaImage;
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::mesh::Association;
-use tetrascope::core::{Appearance, Error, Frame, Scalars, TetMesh, View, Volume};
+use tetrascope::core::{Appearance, Error, Frame, OpticalModel, Scalars, TetMesh, View, Volume};
 use tetrascope::{Algorithm, Context, Settings};
 
 use crate::machine::{root, target};
@@ -63,6 +63,15 @@ pub fn draw(
     let renderer = (algorithm.build)(context(), volume, appearance, &settings);
     let frame = renderer.and_then(|renderer| renderer.render(view));
     Some(frame.unwrap_or_else(|error| panic!("{} {setting}: {error}", algorithm.name)))
+}
+
+/// The entries of an algorithm's sweep whose errors do not depend on the scene; of the
+/// others, the algorithm's own tests say what is right.
+pub fn promising(algorithm: &Algorithm, model: OpticalModel) -> Vec<&'static str> {
+    let sweep = (algorithm.sweep)(model).iter().copied();
+    sweep
+        .filter(|setting| admitted(algorithm, setting) < 1.0)
+        .collect()
 }
 
 /// By how much one entry of an algorithm's sweep may change a channel by design.

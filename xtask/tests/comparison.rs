@@ -3,7 +3,7 @@
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::scene::VolumeSource;
 use tetrascope::core::{Camera, OpticalModel, Projection, Scene, SceneFile, View, Volume};
-use xtask::testing::{Failures, admitted, algorithms, draw, drawn_by, truth};
+use xtask::testing::{Failures, admitted, algorithms, draw, drawn_by, promising, truth};
 
 const SIDE: u32 = 96;
 
@@ -137,7 +137,7 @@ fn compare(model: OpticalModel) {
         for (from, view) in views(&scene, &volume) {
             let expected = truth(&volume, &scene.appearance, &view);
             for algorithm in algorithms.iter().filter(|a| a.name != "reference") {
-                for setting in algorithm.sweep {
+                for setting in promising(algorithm, model) {
                     let Some(frame) = draw(algorithm, setting, &volume, &scene.appearance, &view)
                     else {
                         continue;

@@ -3,8 +3,8 @@
 //! Reading order: [`adapter`] finds a device and makes a [`Gpu`]; [`memory`]
 //! makes buffers and textures that are checked against its limits, and reads
 //! them back; [`normalization`] is the one place where numbers leave f64 and
-//! [`transfer_function`] and [`look`] two of its users; [`timer`] measures a frame on the device;
-//! [`sort`] orders keys on it.
+//! [`transfer_function`] and [`look`] two of its users, [`preintegration`] a user of the
+//! first; [`timer`] measures a frame on the device; [`sort`] orders keys on it.
 //!
 //! # Failure
 //! A missing adapter, a mesh too large for the device, an exhausted memory and a
@@ -24,6 +24,7 @@ pub mod look;
 pub mod memory;
 pub mod normalization;
 pub mod passes;
+pub mod preintegration;
 pub mod sort;
 pub mod testing;
 pub mod timer;
@@ -37,6 +38,7 @@ pub use adapter::{Gpu, GpuOptions, adapters, describe};
 pub use look::Look;
 pub use memory::read_back;
 pub use normalization::{Normalization, ScalarMap};
+pub use preintegration::Integration;
 pub use sort::RadixSort;
 pub use timer::Timer;
 pub use transfer_function::Interval;

@@ -105,6 +105,43 @@ impl Gpu {
         })
     }
 
+    /// A three-dimensional texture with one mip level.
+    ///
+    /// Errors as in [`Gpu::buffer`].
+    pub fn texture_3d(
+        &self,
+        label: &str,
+        size: wgpu::Extent3d,
+        format: wgpu::TextureFormat,
+        usage: TextureUsages,
+    ) -> Result<wgpu::Texture, Error> {
+        let limit = self.limits().max_texture_dimension_3d;
+        let sides = [size.width, size.height, size.depth_or_array_layers];
+        let greatest = sides.into_iter().max().unwrap_or(0);
+        if greatest > limit {
+            return Err(Error::TooLarge {
+                what: label.into(),
+                needed: greatest.into(),
+                limit: limit.into(),
+                unit: "texels a side",
+            });
+        }
+        let texel = u64::from(format.block_copy_size(None).unwrap_or(16));
+        let bytes = sides.into_iter().map(u64::from).product::<u64>() * texel;
+        self.checked(label, bytes, || {
+            self.device().create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D3,
+                format,
+                usage,
+                view_formats: &[],
+            })
+        })
+    }
+
     fn checked_size(&self, what: &str, bytes: u64, usage: BufferUsages) -> Result<u64, Error> {
         let limits = self.limits();
         let mut limit = limits.max_buffer_size;
@@ -141,7 +178,7 @@ pub struct ReadBack {
 /// What [`read_back`] copies.
 #[derive(Clone, Copy, Debug)]
 pub enum Source<'a> {
-    /// All of a two-dimensional texture.
+    /// All of a texture, layer by layer.
     Texture(&'a wgpu::Texture),
     /// The first bytes of a buffer, a multiple of 4.
     Buffer(&'a wgpu::Buffer, u64),
@@ -170,7 +207,8 @@ pub fn read_back(
             let texel = texture.format().block_copy_size(None).unwrap_or(16);
             let row_bytes = texture.width() * texel;
             let padded = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-            let bytes = u64::from(padded) * u64::from(texture.height());
+            let rows = u64::from(texture.height()) * u64::from(texture.depth_or_array_layers());
+            let bytes = u64::from(padded) * rows;
             let buffer = gpu.buffer(label, bytes, USAGE)?;
             encoder.copy_texture_to_buffer(
                 texture.as_image_copy(),
@@ -179,10 +217,10 @@ pub fn read_back(
                     layout: wgpu::TexelCopyBufferLayout {
                         offset: 0,
                         bytes_per_row: Some(padded),
-                        rows_per_image: None,
+                        rows_per_image: Some(texture.height()),
                     },
                 },
-                extent(texture.width(), texture.height()),
+                texture.size(),
             );
             Ok(ReadBack {
                 gpu: gpu.clone(),

@@ -1,5 +1,6 @@
 //! What can be chosen.
 
+pub use tetrascope_gpu::Integration;
 use tetrascope_gpu::wgpu::TextureFormat;
 
 /// How cells are drawn.
@@ -51,14 +52,6 @@ pub enum CellLayout {
     SharedVertices,
 }
 
-/// How a ray's segment in a cell is integrated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Integration {
-    /// Split at the transfer function's knots, then in closed form.
-    Exact,
-}
-
 /// In which order cells are drawn where the optical model does not commute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -85,11 +78,6 @@ impl CellLayout {
     /// Every choice, with its name.
     pub const ALL: [(&'static str, CellLayout); 1] =
         [("shared-vertices", CellLayout::SharedVertices)];
-}
-
-impl Integration {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Integration); 1] = [("exact", Integration::Exact)];
 }
 
 impl Order {

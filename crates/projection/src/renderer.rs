@@ -8,6 +8,7 @@ use tetrascope_core::{
 };
 use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
 use tetrascope_gpu::memory::{ReadBack, Source};
+use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, ScalarMap, Timer, read_back, timer};
 
@@ -99,7 +100,7 @@ impl Projection {
             cell_pass: &cell_pass,
             sorter: &sorter,
         };
-        let scene = parts.scene(appearance, geometry, field)?;
+        let scene = parts.scene(appearance, geometry, field, None)?;
         Ok(Projection {
             gpu: gpu.clone(),
             options: options.clone(),
@@ -246,7 +247,8 @@ impl Projection {
         stats.cells_drawn = Some(drawn);
         stats.cells_skipped = Some(geometry.mesh.cell_count() as u64 - drawn);
         stats.cells_sorted = Some(if sorted { drawn } else { 0 });
-        stats.bytes_resident = order_bytes + buffers.iter().map(|b| b.size()).sum::<u64>();
+        stats.bytes_resident =
+            order_bytes + look.table.bytes() + buffers.iter().map(|b| b.size()).sum::<u64>();
         if matches!(
             self.format(),
             TextureFormat::R16Float | TextureFormat::Rgba16Float
@@ -278,7 +280,8 @@ impl Projection {
         };
         let field = Field::upload(&self.gpu, mesh, self.scene.field.map)?;
         let appearance = &self.scene.appearance;
-        self.scene = self.parts().scene(appearance, geometry, field)?;
+        let table = Some(&self.scene.look.table);
+        self.scene = self.parts().scene(appearance, geometry, field, table)?;
         Ok(())
     }
 }
@@ -303,7 +306,8 @@ impl VolumeRenderer for Projection {
         } else {
             Field::upload(&self.gpu, &geometry.mesh, ScalarMap::of(tf))?
         };
-        self.scene = self.parts().scene(appearance, geometry, field)?;
+        let table = Some(&self.scene.look.table);
+        self.scene = self.parts().scene(appearance, geometry, field, table)?;
         Ok(())
     }
 
@@ -354,10 +358,12 @@ impl Parts<'_> {
         appearance: &Appearance,
         geometry: Geometry,
         field: Field,
+        table: Option<&Table>,
     ) -> Result<Scene, Error> {
         let gpu = self.gpu;
         let model = appearance.optical_model;
-        let look = Look::upload(gpu, &geometry, &field.map, appearance)?;
+        let integration = (self.options.integration, table);
+        let look = Look::upload(gpu, &geometry, &field.map, appearance, integration)?;
         let sorting = match self.sorter {
             _ if model.commutes() => Sorting::None,
             Sorter::None => Sorting::None,
@@ -456,3 +462,6 @@ fn total(counts: Vec<u32>, most: &[u64]) -> Result<u64, Error> {
     }
     Ok(counts.into_iter().map(u64::from).sum())
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,9 +4,12 @@ use std::sync::Arc;
 
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, OpticalModel, TetMesh, Volume};
+use tetrascope_gpu::preintegration::{self, Table};
 use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages};
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
+use tetrascope_gpu::{Gpu, Integration, Normalization, ScalarMap};
+
+use crate::NAME;
 
 const STORAGE: BufferUsages = BufferUsages::STORAGE;
 
@@ -17,6 +20,8 @@ pub(crate) struct Geometry {
     pub(crate) normalization: Normalization,
     pub(crate) positions: wgpu::Buffer,
     pub(crate) cells: wgpu::Buffer,
+    /// The longest edge, normalized.
+    pub(crate) longest: f32,
 }
 
 /// Scalars on the device.
@@ -25,12 +30,15 @@ pub(crate) struct Field {
     pub(crate) map: ScalarMap,
     pub(crate) per_cell: bool,
     pub(crate) scalars: wgpu::Buffer,
+    /// The least and the greatest.
+    pub(crate) range: (f32, f32),
 }
 
 /// The transfer function on the device, and what it leaves to draw.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
     pub(crate) intervals: wgpu::Buffer,
+    pub(crate) table: Table,
     /// Indices of the cells that are drawn.
     pub(crate) drawn: wgpu::Buffer,
     /// The same, by index.
@@ -44,7 +52,7 @@ pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
     match volume {
         Volume::Mesh(mesh) => Ok(mesh),
         _ => Err(Error::Unsupported {
-            renderer: "projection",
+            renderer: NAME,
             what: "regular grids".into(),
             reason: "it projects the cells of a tetrahedral mesh".into(),
         }),
@@ -74,6 +82,7 @@ impl Geometry {
             normalization,
             positions: gpu.upload("the mesh's vertices", &positions, STORAGE)?,
             cells: gpu.upload("the mesh's cells", mesh.tetrahedra(), STORAGE)?,
+            longest: (longest_edge(mesh) / normalization.scale) as f32,
         })
     }
 }
@@ -88,9 +97,11 @@ impl Field {
             let values = &mesh.scalars().values;
             values.iter().map(|s| map.scalar(*s)).collect()
         };
+        let (low, high) = mesh.scalar_range().unwrap_or((0.0, 0.0));
         Ok(Field {
             map,
             per_cell,
+            range: (map.scalar(low), map.scalar(high)),
             scalars: gpu.upload("the mesh's scalars", &scalars, STORAGE)?,
         })
     }
@@ -102,16 +113,29 @@ impl Look {
         self.cells.len() as u32
     }
 
+    /// With `table`, the last look's, that is kept if nothing in it changes.
     pub(crate) fn upload(
         gpu: &Gpu,
         geometry: &Geometry,
         map: &ScalarMap,
         appearance: &Appearance,
+        (integration, table): (Integration, Option<&Table>),
     ) -> Result<Look, Error> {
         let (drawn, deepest) = visible_cells(&geometry.mesh, appearance);
         let tf = &appearance.transfer_function;
         let intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization);
+        let source = preintegration::Source {
+            integration,
+            model: appearance.optical_model,
+            intervals: &intervals,
+            longest: geometry.longest,
+        };
+        let table = match table {
+            Some(table) => table.renewed(gpu, NAME, &source)?,
+            None => Table::new(gpu, NAME, &source)?,
+        };
         Ok(Look {
+            table,
             intervals: gpu.upload("the transfer function", &intervals, STORAGE)?,
             drawn: gpu.upload("the list of drawn cells", &drawn, STORAGE)?,
             cells: drawn.into(),
@@ -154,6 +178,16 @@ fn visible_cells(mesh: &TetMesh, appearance: &Appearance) -> (Vec<u32>, f64) {
     };
     let drawn = (0..mesh.cell_count() as u32).filter(visible).collect();
     (drawn, deepest)
+}
+
+/// The longest edge of any cell, world units.
+fn longest_edge(mesh: &TetMesh) -> f64 {
+    let of_cell = |cell| {
+        let [p0, p1, p2, p3] = mesh.cell_points(cell);
+        let edges = [p1 - p0, p2 - p0, p3 - p0, p2 - p1, p3 - p1, p3 - p2];
+        edges.into_iter().map(|e| e.length()).fold(0.0, f64::max)
+    };
+    (0..mesh.cell_count()).map(of_cell).fold(0.0, f64::max)
 }
 
 /// Whether four points lie in a plane, whatever their scale.

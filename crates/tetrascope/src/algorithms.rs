@@ -4,7 +4,7 @@
 //! [`algorithms`] and know no algorithm by name. An algorithm is in the list if its
 //! cargo feature is on.
 
-use tetrascope_core::{Appearance, Error, View, Volume, VolumeRenderer};
+use tetrascope_core::{Appearance, Error, OpticalModel, View, Volume, VolumeRenderer};
 
 use crate::{Context, Setting, Settings};
 
@@ -31,11 +31,12 @@ pub struct Algorithm {
     pub needs_gpu: bool,
     /// Its quality settings.
     pub settings: &'static [Setting],
-    /// The settings that a comparison tries, each as "key=value,key=value"; what is
-    /// left out is at its default.
-    pub sweep: &'static [&'static str],
+    /// The settings that a comparison tries under an optical model, each as
+    /// "key=value,key=value"; what is left out is at its default.
+    pub sweep: fn(OpticalModel) -> &'static [&'static str],
     /// By how much these settings may change a channel by design, for colors of at
-    /// most 1; 0 where nothing but rounding and the order of cells is at stake.
+    /// most 1; 0 where nothing but rounding and the order of cells is at stake, and 1
+    /// where that depends on the scene.
     pub admits: fn(&Settings) -> f64,
     /// Whether it draws this scene; [`Error::Unsupported`] says why not. Needs no device.
     pub supports: fn(&Volume, &Appearance, &View) -> Result<(), Error>,
@@ -113,7 +114,7 @@ pub(crate) mod testing {
                 default: "0.5",
             },
         ],
-        sweep: &[""],
+        sweep: |_| &[""],
         admits: |_| 0.0,
         supports: |_, _, _| Ok(()),
         build: |_, _, _, _| Err(Error::invalid("it draws nothing")),
@@ -128,15 +129,18 @@ mod tests {
     fn every_entry_is_complete_and_consistent() {
         for (i, a) in algorithms().iter().enumerate() {
             assert!(algorithms()[..i].iter().all(|b| b.name != a.name));
-            assert!(!a.sweep.is_empty(), "{} has nothing to compare", a.name);
             for text in [a.title, a.paper, a.draws] {
                 assert!(!text.is_empty() && !text.contains('\n'), "{}", a.name);
             }
             for setting in a.settings {
                 assert!(setting.values.contain(setting.default), "{}", setting.name);
             }
-            for quality in a.sweep {
-                Settings::parse(a, quality.split(',')).expect("the sweep is valid");
+            for model in OpticalModel::ALL {
+                let sweep = (a.sweep)(model);
+                assert!(!sweep.is_empty(), "{} has nothing to compare", a.name);
+                for quality in sweep {
+                    Settings::parse(a, quality.split(',')).expect("the sweep is valid");
+                }
             }
         }
     }

@@ -1,6 +1,6 @@
-// Probe: many segments at once, for testing optics.wgsl against the CPU.
+// Probe: many segments at once, for testing optics.wgsl and tables against the CPU.
 //
-// With: common/transfer_function.wgsl, common/optics.wgsl
+// With: common/transfer_function.wgsl, common/optics.wgsl, preintegration/lookup.wgsl
 
 struct Probe {
     front: f32,
@@ -10,9 +10,11 @@ struct Probe {
 
 @group(0) @binding(0) var<storage, read> intervals: array<Interval>;
 @group(0) @binding(1) var<storage, read> probes: array<Probe>;
+// Light and optical depth of each.
 @group(0) @binding(2) var<storage, read_write> answers: array<vec4f>;
 // α of each, which `answers` cannot give: 1 − e^(−τ) cancels.
 @group(0) @binding(3) var<storage, read_write> opacities: array<f32>;
+@group(0) @binding(4) var table: texture_3d<f32>;
 
 fn interval(i: u32) -> Interval {
     return intervals[i];
@@ -29,7 +31,7 @@ fn cs_probe(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let probe = probes[i];
-    let sum = integrate(probe.front, probe.back, probe.length);
-    answers[i] = sum;
-    opacities[i] = opacity(sum.w);
+    let sum = segment(probe.front, probe.back, probe.length);
+    answers[i] = vec4f(sum.xyz, segment_depth(sum));
+    opacities[i] = segment_opacity(sum);
 }

@@ -3,8 +3,7 @@
 // In:   Varying, cells in any order.
 // Out:  heads, fragments.
 // With: projection/fragments.wgsl, projection/chord.wgsl and what it needs,
-//       projection/transfer.wgsl, common/optics_model.wgsl,
-//       common/transfer_function.wgsl, common/optics.wgsl
+//       projection/transfer.wgsl, preintegration/lookup.wgsl and what it needs
 
 @fragment
 fn fs_fill(in: Varying) {
@@ -12,12 +11,12 @@ fn fs_fill(in: Varying) {
     if chord.length <= 0.0 {
         return;
     }
-    let sum = integrate(chord.front, chord.back, chord.length);
+    let sum = segment(chord.front, chord.back, chord.length);
     let number = 1u + atomicAdd(&heads[0], 1u);
     // The tile was chosen so that all fit; if not, the count tells.
     if number > tile.capacity {
         return;
     }
     let next = atomicExchange(&heads[head_of(in.position)], number);
-    fragments[number - 1u] = Fragment(sum.x, sum.y, sum.z, sum.w, chord.depth, next);
+    fragments[number - 1u] = Fragment(sum.x, sum.y, sum.z, segment_depth(sum), chord.depth, next);
 }

@@ -6,6 +6,7 @@ use tetrascope_gpu::gather::{blend, gathered_format};
 use tetrascope_gpu::passes::{
     READ, UNIFORM, group, layout, model_constant, module, pipeline_layout,
 };
+use tetrascope_gpu::preintegration::TABLE;
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
 use tetrascope_shaders::projection::CELL;
 
@@ -54,7 +55,8 @@ impl CellPass {
         gpu.checked(label, 0, || {
             let stages = ShaderStages::VERTEX_FRAGMENT;
             let frame_layout = layout(gpu, label, stages, &[UNIFORM]);
-            let volume_layout = layout(gpu, label, stages, &[READ; 5]);
+            let types = [READ, READ, READ, READ, READ, TABLE];
+            let volume_layout = layout(gpu, label, stages, &types);
             CellPass {
                 module: module(gpu, label, CELL),
                 pipeline_layout: pipeline_layout(gpu, label, &[&frame_layout, &volume_layout]),
@@ -85,10 +87,11 @@ impl CellPass {
             Some(lists) => (lists.fill(), lists.layout(), "fs_fill", lists::UNTOUCHED),
         };
         let label = "projection::cell";
-        let constants = [
+        let mut constants = vec![
             model_constant(model),
             ("DEEPEST", f64::from(uploaded.look.deepest)),
         ];
+        constants.extend(uploaded.look.table.constants(uploaded.field.range));
         let pipeline = gpu.checked(label, 0, || {
             gpu.device()
                 .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -138,9 +141,10 @@ impl CellPass {
         } = uploaded;
         let (positions, cells) = (&geometry.positions, &geometry.cells);
         let buffers = [positions, &field.scalars, cells, drawn, &look.intervals];
-        let buffers = buffers.map(|b| b.as_entire_binding());
+        let mut resources = buffers.map(|b| b.as_entire_binding()).to_vec();
+        resources.push(look.table.binding());
         gpu.checked(label, 0, || {
-            group(gpu, label, &self.volume_layout, &buffers)
+            group(gpu, label, &self.volume_layout, &resources)
         })
     }
 

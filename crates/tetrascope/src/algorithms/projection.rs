@@ -1,6 +1,6 @@
 //! Cell projection's entry.
 
-use tetrascope_core::{Error, Volume};
+use tetrascope_core::{Error, OpticalModel, Volume};
 use tetrascope_projection::{
     ABILITIES, CellLayout, ExitSearch, Integration, NAME, Order, Projection, ProjectionOptions,
 };
@@ -27,8 +27,17 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
         Setting {
             name: "integration",
             about: "how a ray's segment in a cell is integrated",
-            values: Values::Choice(&["exact"]),
+            values: Values::Choice(&["exact", "table-2d", "table-3d"]),
             default: "exact",
+        },
+        Setting {
+            name: "table-size",
+            about: "samples along each axis of a table; at most 256 with three axes",
+            values: Values::Integer {
+                min: 2,
+                max: Integration::MOST_2D as i64,
+            },
+            default: "128",
         },
         Setting {
             name: "exit",
@@ -43,8 +52,8 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             default: "shared-vertices",
         },
     ],
-    sweep: &["order=centroid", "order=mpvo", "order=per-pixel"],
-    admits: |_| 0.0,
+    sweep,
+    admits,
     supports: |volume, appearance, _| {
         ABILITIES.check(NAME, appearance)?;
         match volume {
@@ -63,10 +72,50 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     },
 };
 
+/// Tables are compared in an order that is exact, where their errors are the only ones.
+fn sweep(model: OpticalModel) -> &'static [&'static str] {
+    match model {
+        OpticalModel::EmissionAbsorption => &[
+            "order=centroid",
+            "order=mpvo",
+            "order=per-pixel",
+            "order=per-pixel,integration=table-3d,table-size=32",
+            "order=per-pixel,integration=table-3d,table-size=64",
+            "order=per-pixel,integration=table-3d,table-size=128",
+            "order=per-pixel,integration=table-3d,table-size=256",
+            "order=centroid,integration=table-3d,table-size=128",
+        ],
+        OpticalModel::Absorption => &[
+            "",
+            "integration=table-2d,table-size=128",
+            "integration=table-3d,table-size=32",
+            "integration=table-3d,table-size=128",
+        ],
+        OpticalModel::Isosurfaces => &[""],
+        _ => &[
+            "",
+            "integration=table-2d,table-size=32",
+            "integration=table-2d,table-size=128",
+            "integration=table-2d,table-size=512",
+        ],
+    }
+}
+
+/// At a step of the transfer function a table errs by a share of the step, however fine
+/// it is; the crate's tests hold tables to bounds for smooth ones.
+fn admits(settings: &Settings) -> f64 {
+    match settings.get("integration") {
+        "exact" => 0.0,
+        _ => 1.0,
+    }
+}
+
 fn options(settings: &Settings) -> ProjectionOptions {
     ProjectionOptions {
         order: choice(settings, "order", &Order::ALL),
-        integration: choice(settings, "integration", &Integration::ALL),
+        integration: choice(settings, "integration", &Integration::ALL)(
+            settings.integer("table-size") as u32,
+        ),
         exit_search: choice(settings, "exit", &ExitSearch::ALL),
         cell_layout: choice(settings, "layout", &CellLayout::ALL),
         ..ProjectionOptions::default()

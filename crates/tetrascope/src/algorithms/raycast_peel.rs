@@ -28,7 +28,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             default: "morton",
         },
     ],
-    sweep: &["", "stop-opacity=0.999", "stop-opacity=0.95"],
+    sweep: |_| &["", "stop-opacity=0.999", "stop-opacity=0.95"],
     admits: |settings| 1.0 - settings.number("stop-opacity"),
     supports: |volume, appearance, _| {
         ABILITIES.check(NAME, appearance)?;

@@ -15,7 +15,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             an error bound",
     needs_gpu: false,
     settings: &[],
-    sweep: &[""],
+    sweep: |_| &[""],
     admits: |_| 0.0,
     supports: |volume, appearance, _| {
         ABILITIES.check(NAME, appearance)?;

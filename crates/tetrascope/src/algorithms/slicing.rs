@@ -85,7 +85,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             default: "1024",
         },
     ],
-    sweep: &["slices=1", "slices=2", "slices=4", "slices=8"],
+    sweep: |_| &["slices=1", "slices=2", "slices=4", "slices=8"],
     // What lies between two slices is not seen, so there is no bound.
     admits: |_| 1.0,
     supports: |volume, appearance, _| {

@@ -1,120 +1,19 @@
 //! `common/optics.wgsl` against `tetrascope_core::optics`, on thousands of segments.
 
-use tetrascope_core::glam::DVec3;
 use tetrascope_core::optics::{RayIntegral, Segment};
-use tetrascope_core::{Bounds, Knot, OpticalModel, TransferFunction};
-use tetrascope_gpu::memory::{Source, read_back};
-use tetrascope_gpu::transfer_function::intervals;
-use tetrascope_gpu::wgpu::{self, BufferUsages};
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap, testing};
-use tetrascope_shaders::common::PROBE;
+use tetrascope_core::{OpticalModel, TransferFunction};
+use tetrascope_gpu::{Gpu, Integration, testing};
 
-#[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Probe {
-    front: f32,
-    back: f32,
-    length: f32,
-}
+use crate::support::{Probe, bumps, random, table};
 
-/// Light and optical depth of each probe, and its opacity.
 fn on_device(
     gpu: &Gpu,
     tf: &TransferFunction,
     model: OpticalModel,
     probes: &[Probe],
 ) -> Vec<([f32; 4], f32)> {
-    // A unit cube is its own normalization, and scalars in [0, 1] their own map.
-    let normalization = Normalization::of(&Bounds::of([DVec3::NEG_ONE, DVec3::ONE]));
-    let intervals = intervals(tf, &ScalarMap::of(tf), &normalization);
-    let count = probes.len() as u64;
-    let usage = BufferUsages::STORAGE;
-    let make = |label, bytes| gpu.buffer(label, bytes, usage | BufferUsages::COPY_SRC);
-    let answers = make("answers", 16 * count).expect("it fits");
-    let opacities = make("opacities", 4 * count).expect("it fits");
-    let buffers = [
-        &gpu.upload("intervals", &intervals, usage).expect("it fits"),
-        &gpu.upload("probes", probes, usage).expect("it fits"),
-        &answers,
-        &opacities,
-    ];
-    let mut encoder = gpu.device().create_command_encoder(&Default::default());
-    let record = || {
-        let device = gpu.device();
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("probe"),
-            source: wgpu::ShaderSource::Wgsl(PROBE.into()),
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("probe"),
-            layout: None,
-            module: &module,
-            entry_point: None,
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &[("MODEL", f64::from(index(model)))],
-                ..Default::default()
-            },
-            cache: None,
-        });
-        let entries: Vec<_> = (0..)
-            .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("probe"),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(probes.len().div_ceil(64) as u32, 1, 1);
-    };
-    gpu.checked("probe", 0, record)
-        .expect("the program is valid");
-    let a = read_back(gpu, &mut encoder, Source::Buffer(&answers, 16 * count)).expect("a copy");
-    let o = read_back(gpu, &mut encoder, Source::Buffer(&opacities, 4 * count)).expect("a copy");
-    gpu.finish(encoder).expect("nothing can fail");
-    let answers: Vec<[f32; 4]> = a.read().expect("readable");
-    let opacities: Vec<f32> = o.read().expect("readable");
-    answers.into_iter().zip(opacities).collect()
-}
-
-fn index(model: OpticalModel) -> u32 {
-    let position = OpticalModel::VOLUMETRIC.iter().position(|m| *m == model);
-    position.expect("ALL has every model") as u32
-}
-
-/// A full-period generator of numbers in [0, 1) (Numerical Recipes' constants).
-fn random(seed: u32) -> impl FnMut() -> f64 {
-    let mut x = seed;
-    move || {
-        x = x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        f64::from(x >> 8) / f64::from(1 << 24)
-    }
-}
-
-/// A bumpy transfer function with two steps over [0, 1], extinction at most `most`.
-fn bumps(most: f64) -> TransferFunction {
-    let knot = |scalar, color: [f64; 3], extinction: f64| Knot {
-        scalar,
-        color: DVec3::from(color),
-        extinction: extinction * most,
-    };
-    TransferFunction::new(vec![
-        knot(0.0, [0.1, 0.9, 0.3], 0.2),
-        knot(0.125, [0.9, 0.1, 0.5], 0.7),
-        knot(0.25, [0.2, 0.3, 0.8], 0.0),
-        knot(0.25, [1.0, 0.6, 0.0], 1.0),
-        knot(0.5, [0.0, 0.5, 1.0], 0.999),
-        knot(0.75, [0.4, 0.0, 0.2], 0.05),
-        knot(0.75, [0.7, 0.8, 0.9], 0.5),
-        knot(1.0, [0.3, 0.2, 0.1], 0.9),
-    ])
-    .expect("the knots are sorted")
+    let none = table(gpu, tf, model, Integration::Exact, 1.0);
+    crate::support::on_device(gpu, tf, model, &none, probes)
 }
 
 /// Segments with depths from 1e-7 to 1e4, some short in scalar, some constant, and

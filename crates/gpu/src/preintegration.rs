@@ -1,0 +1,321 @@
+//! Tables of the integral over a segment, filled on the device.
+//!
+//! S. Röttger, M. Kraus, T. Ertl, "Hardware-Accelerated Volume and Isosurface Rendering
+//! Based on Cell-Projection", IEEE Visualization 2000; K. Engel, M. Kraus, T. Ertl,
+//! "High-Quality Pre-Integrated Volume Rendering Using Hardware-Accelerated Pixel
+//! Shading", 2001; as Weiler, Kraus, Ertl 2002, §5.1, and Bernardon et al. 2004 use them.
+//!
+//! `preintegration/fill.wgsl` integrates every entry in closed form, in parallel, so an
+//! entry has the rounding of f32 alone; `lookup.wgsl` interpolates between them.
+//!
+//! # The axes
+//! - *Scalars at the front and the back* go from the transfer function's first knot to its
+//!   last. The field's own range would make a table depend on each step of a time series,
+//!   and would spend entries where the function is constant: what lies beyond the knots
+//!   is added in closed form, and costs nothing where no scalar does.
+//! - *The length* goes from 0 to the longest edge in the volume, the most that a ray can
+//!   have in a tetrahedron. Only integrals that are not linear in it have this axis.
+//!
+//! # Errors
+//! Interpolation is linear, so its error is of second order in the distance of the samples
+//! where the integral is smooth (measured: 2.00), and its root mean square of about first
+//! order where the transfer function has steps (measured: 1.1 to 1.2): near a step the mean
+//! over an interval takes any value between both sides. A maximum has edges as well, and
+//! errs by up to the slope times the distance of the samples.
+//!
+//! Interpolation is written out in f32. Texture units keep 8 bits of a weight, so that
+//! they err by up to 1/512 of the difference between neighbors, h f'/512, where
+//! interpolation itself errs by h² f''/8: more than all else for smooth functions from some
+//! 64 samples a side on. They also need the feature `FLOAT32_FILTERABLE`.
+
+use tetrascope_core::{Error, OpticalModel};
+use wgpu::{BindingType, BufferUsages, TextureFormat, TextureUsages};
+
+use crate::passes::{READ, group, layout, model_constant, module, pipeline_layout};
+use crate::{Gpu, Interval};
+
+/// How a ray's segment in a cell is integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Integration {
+    /// Split at the transfer function's knots, then in closed form.
+    Exact,
+    /// From a table over the scalars at both ends, times the length. Exact but for the
+    /// table's resolution in [`OpticalModel::Emission`], [`OpticalModel::Absorption`] and
+    /// [`OpticalModel::MaximumIntensity`]; there is none for
+    /// [`OpticalModel::EmissionAbsorption`], which is not linear in the length.
+    Table2d {
+        /// Samples along each axis, from 2 to [`Integration::MOST_2D`].
+        n: u32,
+    },
+    /// From a table over the scalars at both ends and the length, of light and opacity
+    /// or, in [`OpticalModel::Absorption`], of opacity. Models without an opacity need
+    /// no third axis and get the table of [`Integration::Table2d`].
+    Table3d {
+        /// Samples along each axis, from 2 to [`Integration::MOST_3D`].
+        n: u32,
+    },
+}
+
+/// An [`Integration`] of so many samples a side.
+type OfSide = fn(u32) -> Integration;
+
+impl Integration {
+    /// Every choice with its name, made for a number of samples a side.
+    pub const ALL: [(&'static str, OfSide); 3] = [
+        ("exact", |_| Integration::Exact),
+        ("table-2d", |n| Integration::Table2d { n }),
+        ("table-3d", |n| Integration::Table3d { n }),
+    ];
+
+    /// The most samples a side of a table with two axes: 64 MiB.
+    pub const MOST_2D: u32 = 2048;
+
+    /// The most samples a side of a table with three axes: 256 MiB.
+    pub const MOST_3D: u32 = 256;
+
+    /// Samples along an axis, and how many axes; `None` for [`Integration::Exact`].
+    fn shape(self, model: OpticalModel) -> Option<(u32, u32)> {
+        let linear = matches!(
+            model,
+            OpticalModel::Emission | OpticalModel::MaximumIntensity
+        );
+        match self {
+            Integration::Exact => None,
+            Integration::Table2d { n } => Some((n, 2)),
+            Integration::Table3d { n } if linear => Some((n, 2)),
+            Integration::Table3d { n } => Some((n, 3)),
+        }
+    }
+
+    /// Whether `model` can be drawn like this by `renderer`, on a device whose textures
+    /// have at most `limit` texels a side.
+    ///
+    /// [`Error::Unsupported`] for a model without such a table and for more samples than
+    /// the range above, [`Error::Invalid`] for fewer, [`Error::TooLarge`] for more than
+    /// the device has room for.
+    fn check(self, renderer: &'static str, model: OpticalModel, limit: u32) -> Result<(), Error> {
+        let most = match self {
+            Integration::Exact => return Ok(()),
+            Integration::Table2d { .. } => Integration::MOST_2D,
+            Integration::Table3d { .. } => Integration::MOST_3D,
+        };
+        let (Integration::Table2d { n } | Integration::Table3d { n }) = self else {
+            return Ok(());
+        };
+        if n < 2 {
+            return Err(Error::Invalid {
+                what: format!("a table of integrals with {n} samples a side"),
+                help: Some(format!("give 2 to {most}")),
+            });
+        }
+        if n > most {
+            return Err(Error::Unsupported {
+                renderer,
+                what: format!("a table of integrals with {n} samples a side"),
+                reason: format!("beyond {most} a table of this many axes takes too much memory"),
+            });
+        }
+        if n > limit {
+            return Err(Error::TooLarge {
+                what: "the table of integrals".into(),
+                needed: n.into(),
+                limit: limit.into(),
+                unit: "samples a side",
+            });
+        }
+        let two = matches!(self, Integration::Table2d { .. });
+        if two && model == OpticalModel::EmissionAbsorption {
+            return Err(Error::Unsupported {
+                renderer,
+                what: "emission and absorption from a table with two axes".into(),
+                reason: "the integral is not linear in a segment's length; a table with three \
+                         axes has that as well"
+                    .into(),
+            });
+        }
+        Ok(())
+    }
+}
+
+/// What a table is made from; the same makes the same table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Source<'a> {
+    /// How segments are integrated.
+    pub integration: Integration,
+    /// What the integral is.
+    pub model: OpticalModel,
+    /// The transfer function.
+    pub intervals: &'a [Interval],
+    /// The longest segment that there can be, normalized.
+    pub longest: f32,
+}
+
+/// A table on the device, or none for [`Integration::Exact`]. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// Samples along an axis, and how many axes; 0 axes where there is none.
+    shape: (u32, u32),
+    model: OpticalModel,
+    intervals: Vec<Interval>,
+    longest: f32,
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
+}
+
+/// How shaders bind a table, `texture_3d<f32>`.
+pub const TABLE: BindingType = BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+    view_dimension: wgpu::TextureViewDimension::D3,
+    multisampled: false,
+};
+
+impl Table {
+    /// Fills a table for `renderer`, in a submission of its own.
+    ///
+    /// Errors as the docs of [`Integration`] say, and as [`Gpu::texture`] has them.
+    pub fn new(gpu: &Gpu, renderer: &'static str, source: &Source) -> Result<Table, Error> {
+        let Source {
+            integration,
+            model,
+            intervals,
+            longest,
+        } = *source;
+        integration.check(renderer, model, gpu.limits().max_texture_dimension_3d)?;
+        let format = match model {
+            OpticalModel::Absorption => TextureFormat::R32Float,
+            _ => TextureFormat::Rgba32Float,
+        };
+        let (side, axes) = integration.shape(model).unwrap_or((1, 0));
+        let size = wgpu::Extent3d {
+            width: side,
+            height: side,
+            depth_or_array_layers: if axes == 3 { side } else { 1 },
+        };
+        let usage = TextureUsages::TEXTURE_BINDING
+            | TextureUsages::STORAGE_BINDING
+            | TextureUsages::COPY_SRC;
+        let texture = gpu.texture_3d("the table of integrals", size, format, usage)?;
+        let table = Table {
+            shape: (side, axes),
+            model,
+            intervals: intervals.to_vec(),
+            // Chords in f32 may exceed the longest edge by a few roundings.
+            longest: longest * (1.0 + 1e-6),
+            view: texture.create_view(&Default::default()),
+            texture,
+        };
+        if axes > 0 {
+            table.fill(gpu)?;
+        }
+        Ok(table)
+    }
+
+    /// This table if it is what [`Table::new`] would make, else a new one.
+    pub fn renewed(
+        &self,
+        gpu: &Gpu,
+        renderer: &'static str,
+        source: &Source,
+    ) -> Result<Table, Error> {
+        let shape = source.integration.shape(source.model).unwrap_or((1, 0));
+        let unused = shape.1 == 0 && self.shape.1 == 0;
+        let same = self.shape == shape
+            && self.model == source.model
+            && self.intervals == source.intervals
+            && (shape.1 == 2 || self.longest == source.longest * (1.0 + 1e-6));
+        if unused || same {
+            return Ok(self.clone());
+        }
+        Table::new(gpu, renderer, source)
+    }
+
+    /// The constants of `lookup.wgsl` for a volume whose scalars, in the unit of the
+    /// intervals, go from `low` to `high`.
+    pub fn constants(&self, (low, high): (f32, f32)) -> [(&'static str, f64); 6] {
+        let [axes, side, from, to, length] = self.axes();
+        let left = f64::from(low) < from.1 || f64::from(high) > to.1;
+        let left = ("TABLE_IS_LEFT", f64::from(u8::from(left)));
+        [axes, side, from, to, length, left]
+    }
+
+    /// What shaders bind as [`TABLE`].
+    pub fn binding(&self) -> wgpu::BindingResource<'_> {
+        wgpu::BindingResource::TextureView(&self.view)
+    }
+
+    /// The texture: red is the scalar at the front, then that at the back, then the length.
+    pub fn texture(&self) -> &wgpu::Texture {
+        &self.texture
+    }
+
+    /// Bytes on the device, 0 where there is no table.
+    pub fn bytes(&self) -> u64 {
+        let (side, axes) = self.shape;
+        let texel = u64::from(self.texture.format().block_copy_size(None).unwrap_or(16));
+        match axes {
+            0 => 0,
+            axes => u64::from(side).pow(axes) * texel,
+        }
+    }
+
+    /// The constants of `axes.wgsl`.
+    fn axes(&self) -> [(&'static str, f64); 5] {
+        let (side, axes) = self.shape;
+        let first = self.intervals.first().map_or(0.0, |i| i.high);
+        let last = self.intervals.last().map_or(1.0, |i| i.low);
+        [
+            ("TABLE_AXES", axes.into()),
+            ("TABLE_SIDE", side.max(2).into()),
+            ("TABLE_LOW", first.into()),
+            ("TABLE_HIGH", last.into()),
+            ("TABLE_LENGTH", f64::from(self.longest).max(1e-30)),
+        ]
+    }
+
+    fn fill(&self, gpu: &Gpu) -> Result<(), Error> {
+        let label = "gpu::preintegration";
+        let format = self.texture.format();
+        let source = match format {
+            TextureFormat::R32Float => tetrascope_shaders::preintegration::FILL_DEPTH,
+            _ => tetrascope_shaders::preintegration::FILL_COLOR,
+        };
+        let storage = BindingType::StorageTexture {
+            access: wgpu::StorageTextureAccess::WriteOnly,
+            format,
+            view_dimension: wgpu::TextureViewDimension::D3,
+        };
+        let intervals = gpu.upload(label, &self.intervals, BufferUsages::STORAGE)?;
+        gpu.checked(label, 0, || {
+            let layout = layout(gpu, label, wgpu::ShaderStages::COMPUTE, &[READ, storage]);
+            let mut constants = self.axes().to_vec();
+            constants.push(model_constant(self.model));
+            let pipeline = gpu
+                .device()
+                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some(label),
+                    layout: Some(&pipeline_layout(gpu, label, &[&layout])),
+                    module: &module(gpu, label, source),
+                    entry_point: Some("cs_fill"),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        constants: &constants,
+                        ..Default::default()
+                    },
+                    cache: None,
+                });
+            let resources = [intervals.as_entire_binding(), self.binding()];
+            let group = group(gpu, label, &layout, &resources);
+            let mut encoder = gpu.device().create_command_encoder(&Default::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(label),
+                timestamp_writes: None,
+            });
+            pass.set_pipeline(&pipeline);
+            pass.set_bind_group(0, &group, &[]);
+            let tiles = self.shape.0.div_ceil(8);
+            pass.dispatch_workgroups(tiles, tiles, self.texture.depth_or_array_layers());
+            drop(pass);
+            gpu.queue().submit([encoder.finish()]);
+        })
+    }
+}

@@ -1,0 +1,108 @@
+//! What is kept and what is made again.
+
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::mesh::{Association, Scalars};
+use tetrascope_core::{Camera, CameraFit, Knot, TransferFunction};
+use tetrascope_gpu::{Integration, testing};
+
+use super::*;
+
+fn tetrahedron(scalars: [f64; 4], size: f64) -> TetMesh {
+    let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| size * p);
+    let scalars = Scalars {
+        name: "s".into(),
+        association: Association::Point,
+        values: scalars.to_vec(),
+    };
+    TetMesh::from_tetrahedra(points.to_vec(), vec![[0, 1, 2, 3]], scalars).expect("valid")
+}
+
+fn ramp(low: f64, high: f64) -> Appearance {
+    let knot = |scalar, extinction| Knot {
+        scalar,
+        color: DVec3::ONE,
+        extinction,
+    };
+    let knots = vec![knot(low, 0.0), knot(high, 1.0)];
+    let function = TransferFunction::new(knots).expect("sorted");
+    Appearance::new(function, OpticalModel::EmissionAbsorption)
+}
+
+#[test]
+fn the_table_is_made_by_restyle_alone() {
+    let Some(gpu) = testing::gpu("the_table_is_made_by_restyle_alone") else {
+        return;
+    };
+    let mesh = tetrahedron([0.0, 0.3, 0.6, 0.9], 1.0);
+    let options = ProjectionOptions {
+        integration: Integration::Table3d { n: 8 },
+        ..ProjectionOptions::default()
+    };
+    let volume = Volume::Mesh(mesh.clone());
+    let mut renderer = Projection::new(&gpu, &volume, &ramp(0.0, 1.0), &options).expect("it fits");
+    let table = |renderer: &Projection| renderer.scene.look.table.texture().clone();
+    let first = table(&renderer);
+
+    // Another view.
+    for side in [CameraFit::PlusX, CameraFit::MinusIso] {
+        let view = View {
+            camera: Camera::fit(&mesh.bounds(), side, false, 1.0),
+            width: 8,
+            height: 8,
+            background: [0.0; 4],
+        };
+        renderer.render(&view).expect("a picture");
+        assert_eq!(table(&renderer), first);
+    }
+    // The next step of a time series, beyond the transfer function's knots too.
+    let scalars = Scalars {
+        values: vec![-2.0, 0.5, 0.1, 7.0],
+        ..mesh.scalars().clone()
+    };
+    let next = Volume::Mesh(mesh.with_scalars(scalars).expect("four numbers"));
+    renderer.reload(&next).expect("it fits");
+    assert_eq!(table(&renderer), first);
+    // The same appearance, again.
+    renderer.restyle(&ramp(0.0, 1.0)).expect("it fits");
+    assert_eq!(table(&renderer), first);
+
+    // Another transfer function, near enough for the scalars to stay as they are.
+    renderer.restyle(&ramp(0.0, 0.75)).expect("it fits");
+    let second = table(&renderer);
+    assert_ne!(second, first);
+    // A mesh of which every segment is as long in normalized units, so that extinction
+    // per normalized unit is what changes.
+    let larger = Volume::Mesh(tetrahedron([0.0, 0.3, 0.6, 0.9], 4.0));
+    renderer.reload(&larger).expect("it fits");
+    assert_ne!(table(&renderer), second);
+}
+
+#[test]
+fn a_model_without_a_table_leaves_the_renderer_as_it_was() {
+    let Some(gpu) = testing::gpu("a_model_without_a_table_leaves_the_renderer_as_it_was") else {
+        return;
+    };
+    let volume = Volume::Mesh(tetrahedron([0.0, 0.3, 0.6, 0.9], 1.0));
+    let options = |integration| ProjectionOptions {
+        integration,
+        ..ProjectionOptions::default()
+    };
+    let sorted = ramp(0.0, 1.0);
+    let flat = options(Integration::Table2d { n: 8 });
+    let refused = Projection::new(&gpu, &volume, &sorted, &flat);
+    assert!(matches!(refused, Err(Error::Unsupported { .. })));
+    let glow = Appearance {
+        optical_model: OpticalModel::Emission,
+        ..sorted.clone()
+    };
+    let mut renderer = Projection::new(&gpu, &volume, &glow, &flat).expect("it fits");
+    let refused = renderer.restyle(&sorted);
+    assert!(matches!(refused, Err(Error::Unsupported { .. })));
+    assert_eq!(renderer.scene.appearance, glow);
+    let huge = options(Integration::Table3d { n: 512 });
+    let refused = Projection::new(&gpu, &volume, &sorted, &huge).expect_err("2 GiB");
+    assert!(
+        refused.to_string().contains("512 samples a side"),
+        "{refused}"
+    );
+}

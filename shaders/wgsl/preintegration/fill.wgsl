@@ -1,0 +1,37 @@
+// Fill: integrate every segment that a table has a place for.
+//
+// With: preintegration/axes.wgsl, common/optics_model.wgsl,
+//       common/transfer_function.wgsl, common/optics.wgsl, and for `put` one of
+//       preintegration/put_color.wgsl and put_depth.wgsl
+
+@group(0) @binding(0) var<storage, read> intervals: array<Interval>;
+
+fn interval(i: u32) -> Interval {
+    return intervals[i];
+}
+
+fn interval_count() -> u32 {
+    return arrayLength(&intervals);
+}
+
+@compute @workgroup_size(8, 8, 1)
+fn cs_fill(@builtin(global_invocation_id) at: vec3u) {
+    if any(at.xy >= vec2u(TABLE_SIDE)) {
+        return;
+    }
+    let last = f32(TABLE_SIDE - 1u);
+    let front = scalar_at(at.x, last);
+    let back = scalar_at(at.y, last);
+    if TABLE_AXES == 2u {
+        // Of unit length: light, optical depth, or the greatest color.
+        put(at, integrate(front, back, 1.0));
+        return;
+    }
+    let sum = integrate(front, back, TABLE_LENGTH * (f32(at.z) / last));
+    put(at, vec4f(sum.xyz, opacity(sum.w)));
+}
+
+// Exact at both ends.
+fn scalar_at(i: u32, last: f32) -> f32 {
+    return TABLE_LOW * ((last - f32(i)) / last) + TABLE_HIGH * (f32(i) / last);
+}
