@@ -1,21 +1,24 @@
 //! A regular grid of samples, kept in the type in which they were stored.
 
+mod lattice;
+mod source;
+
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
 use crate::{Bounds, Error};
 
+pub use lattice::Lattice;
+pub use source::{BrickSource, GridStream, Region};
+
 /// Samples at the points of a regular lattice, x fastest.
 ///
-/// Sample (i, j, k) lies at `origin + direction * (spacing * (i, j, k))` and has
-/// index `i + dims[0] * (j + dims[1] * k)`. Cheap to clone: clones share the samples.
+/// Sample (i, j, k) lies where [`Lattice`] says and has index
+/// `i + dims[0] * (j + dims[1] * k)`. Cheap to clone: clones share the samples.
 #[derive(Clone, Debug)]
 pub struct Grid {
-    dims: [usize; 3],
-    origin: DVec3,
-    spacing: DVec3,
-    direction: DMat3,
+    lattice: Lattice,
     samples: Arc<Samples>,
 }
 
@@ -31,6 +34,31 @@ pub enum Samples {
     I16(Vec<i16>),
     /// 32-bit floats; NaN is transparent.
     F32(Vec<f32>),
+}
+
+/// The type of a grid's samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum SampleType {
+    /// Unsigned bytes.
+    U8,
+    /// Unsigned 16-bit integers.
+    U16,
+    /// Signed 16-bit integers.
+    I16,
+    /// 32-bit floats; NaN is transparent.
+    F32,
+}
+
+impl SampleType {
+    /// Bytes of one sample.
+    pub fn bytes(self) -> usize {
+        match self {
+            SampleType::U8 => 1,
+            SampleType::U16 | SampleType::I16 => 2,
+            SampleType::F32 => 4,
+        }
+    }
 }
 
 impl Samples {
@@ -49,7 +77,42 @@ impl Samples {
         self.len() == 0
     }
 
+    /// How many bytes they take.
+    pub fn bytes(&self) -> u64 {
+        self.len() as u64 * self.sample_type().bytes() as u64
+    }
+
+    /// Their type.
+    pub fn sample_type(&self) -> SampleType {
+        match self {
+            Samples::U8(_) => SampleType::U8,
+            Samples::U16(_) => SampleType::U16,
+            Samples::I16(_) => SampleType::I16,
+            Samples::F32(_) => SampleType::F32,
+        }
+    }
+
+    /// The least and greatest finite sample, if there is any.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        fn of<T: Copy + Into<f64>>(samples: &[T]) -> Option<(f64, f64)> {
+            let numbers = samples.iter().map(|s| (*s).into());
+            let (low, high) = numbers
+                .filter(|s: &f64| s.is_finite())
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), s| {
+                    (s.min(low), s.max(high))
+                });
+            (low <= high).then_some((low, high))
+        }
+        match self {
+            Samples::U8(v) => of(v),
+            Samples::U16(v) => of(v),
+            Samples::I16(v) => of(v),
+            Samples::F32(v) => of(v),
+        }
+    }
+
     /// Sample `index` as a number.
+    #[inline]
     pub fn get(&self, index: usize) -> f64 {
         match self {
             Samples::U8(v) => v[index].into(),
@@ -72,60 +135,54 @@ impl Grid {
         direction: DMat3,
         samples: Samples,
     ) -> Result<Grid, Error> {
-        let count = dims
-            .iter()
-            .try_fold(1usize, |n, &d| n.checked_mul(d))
-            .filter(|_| dims.iter().all(|&d| d >= 2))
-            .ok_or_else(|| {
-                Error::invalid(format!(
-                    "a grid needs at least 2 samples an axis, this one has {dims:?}"
-                ))
-            })?;
-        if samples.len() != count {
-            return Err(Error::invalid(format!(
-                "a grid of {dims:?} has {count} samples, {} were given",
-                samples.len()
-            )));
-        }
-        if !(origin.is_finite() && spacing.is_finite() && spacing.cmpgt(DVec3::ZERO).all()) {
-            return Err(Error::invalid(format!(
-                "a grid needs a finite origin and positive spacing, got {origin} and {spacing}"
-            )));
-        }
-        // Files store directions with about six digits.
-        let turned = direction.transpose() * direction;
-        if !turned.abs_diff_eq(DMat3::IDENTITY, 1e-5) {
-            return Err(Error::invalid(
-                "a grid's direction matrix must be orthogonal: shear is not drawn",
-            ));
-        }
-        Ok(Grid {
+        let lattice = Lattice {
             dims,
             origin,
             spacing,
             direction,
+        };
+        Grid::on(lattice, samples)
+    }
+
+    /// The grid of `samples` on `lattice`; see [`Lattice::validate`].
+    pub fn on(lattice: Lattice, samples: Samples) -> Result<Grid, Error> {
+        let count = lattice.validate()?;
+        if samples.len() != count {
+            return Err(Error::invalid(format!(
+                "a grid of {:?} has {count} samples, {} were given",
+                lattice.dims,
+                samples.len()
+            )));
+        }
+        Ok(Grid {
+            lattice,
             samples: Arc::new(samples),
         })
     }
 
+    /// Where the samples lie.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
     /// Samples along each axis.
     pub fn dims(&self) -> [usize; 3] {
-        self.dims
+        self.lattice.dims
     }
 
     /// Where sample (0, 0, 0) lies, world space.
     pub fn origin(&self) -> DVec3 {
-        self.origin
+        self.lattice.origin
     }
 
     /// The distance between neighboring samples along each axis, world units.
     pub fn spacing(&self) -> DVec3 {
-        self.spacing
+        self.lattice.spacing
     }
 
     /// The axes' directions, one a column.
     pub fn direction(&self) -> DMat3 {
-        self.direction
+        self.lattice.direction
     }
 
     /// The samples, x fastest.
@@ -135,32 +192,22 @@ impl Grid {
 
     /// Where the point (i, j, k) of the lattice lies; fractions are allowed.
     pub fn world_from_lattice(&self, lattice: DVec3) -> DVec3 {
-        self.origin + self.direction * (self.spacing * lattice)
+        self.lattice.point(lattice)
     }
 
     /// How many voxel cells there are: products of one less than the dims.
     pub fn cell_count(&self) -> usize {
-        self.dims.iter().map(|d| d - 1).product()
+        self.lattice.cells().iter().product()
     }
 
     /// The box around all samples.
     pub fn bounds(&self) -> Bounds {
-        let far = DVec3::from_array(self.dims.map(|d| (d - 1) as f64));
-        Bounds::of((0..8).map(|corner| {
-            let pick = |axis: usize, extent: f64| f64::from(corner >> axis & 1) * extent;
-            self.world_from_lattice(DVec3::new(pick(0, far.x), pick(1, far.y), pick(2, far.z)))
-        }))
+        self.lattice.bounds()
     }
 
     /// The least and greatest finite sample, if there is any.
     pub fn scalar_range(&self) -> Option<(f64, f64)> {
-        (0..self.samples.len())
-            .map(|i| self.samples.get(i))
-            .filter(|s| s.is_finite())
-            .fold(None, |range, s| match range {
-                None => Some((s, s)),
-                Some((low, high)) => Some((s.min(low), s.max(high))),
-            })
+        self.samples.range()
     }
 }
 

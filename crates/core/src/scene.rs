@@ -4,6 +4,8 @@
 //! [`SceneFile::resolve`] fills the rest from the volume and gives a [`Scene`],
 //! which is complete and prints as a scene file again.
 
+mod raw;
+
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -16,6 +18,8 @@ use crate::{
     Appearance, Camera, CameraFit, ClipPlane, DepthCue, DirectionalLight, Error, Isosurface, Knot,
     Lighting, OpticalModel, Projection, TransferFunction, View, Volume,
 };
+
+pub use raw::{ByteOrder, RawLayout, RawNumber};
 
 /// The version of the scene format that this crate reads and writes.
 pub const SCENE_VERSION: u32 = 1;
@@ -69,6 +73,25 @@ pub struct VolumeSource {
     /// Which field to draw.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field: Option<String>,
+    /// Samples along each axis of a raw file, x fastest. The keys below are for raw
+    /// files too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dims: Option<[usize; 3]>,
+    /// The type of a raw file's numbers.
+    #[serde(default, rename = "type", skip_serializing_if = "Option::is_none")]
+    pub number: Option<RawNumber>,
+    /// The distance of samples along each axis, world units; 1 unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<DVec3>,
+    /// Where the first sample lies, world space; at 0 unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<DVec3>,
+    /// Bytes before the first number; 0 unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<u64>,
+    /// The order of a number's bytes; little unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub byte_order: Option<ByteOrder>,
 }
 
 /// A camera as written: `fit`, or position and the rest.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::grid::GridStream;
 use crate::{Grid, TetMesh};
 
 /// What is drawn: a tetrahedral mesh or a regular grid.
@@ -12,6 +13,8 @@ pub enum Volume {
     Mesh(TetMesh),
     /// A regular grid of samples.
     Grid(Grid),
+    /// A regular grid that is read in parts, as it may not fit in memory.
+    Stream(GridStream),
 }
 
 impl Volume {
@@ -20,6 +23,7 @@ impl Volume {
         match self {
             Volume::Mesh(mesh) => mesh.bounds(),
             Volume::Grid(grid) => grid.bounds(),
+            Volume::Stream(stream) => stream.source().lattice().bounds(),
         }
     }
 
@@ -28,6 +32,7 @@ impl Volume {
         match self {
             Volume::Mesh(mesh) => mesh.scalar_range(),
             Volume::Grid(grid) => grid.scalar_range(),
+            Volume::Stream(stream) => stream.scalar_range(),
         }
     }
 
@@ -36,6 +41,7 @@ impl Volume {
         match self {
             Volume::Mesh(mesh) => mesh.cell_count(),
             Volume::Grid(grid) => grid.cell_count(),
+            Volume::Stream(stream) => stream.source().lattice().cells().iter().product(),
         }
     }
 }

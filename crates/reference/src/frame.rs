@@ -6,6 +6,7 @@ use tetrascope_core::{Error, Projection, Ray, TetMesh, View};
 
 use crate::geometry::{Geometry, Plane};
 use crate::predicate::power_of_two;
+use crate::trace::no_ray;
 
 /// Coordinates (x right, y up, z forward) from the eye.
 ///
@@ -61,9 +62,7 @@ impl RayFrame {
     pub(crate) fn of_ray(ray: &Ray, geometry: &Geometry) -> Result<RayFrame, Error> {
         let forward = ray.direction.normalize_or_zero();
         if !ray.origin.is_finite() || forward == DVec3::ZERO {
-            return Err(Error::invalid(
-                "a ray needs a finite origin and a finite direction that is not zero",
-            ));
+            return Err(no_ray());
         }
         let (right, up) = forward.any_orthonormal_pair();
         RayFrame::new(ray.origin, [right, up, forward], true, geometry)

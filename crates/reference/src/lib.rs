@@ -16,6 +16,8 @@
 //! 5. `ray` sorts, checks and integrates.
 //! 6. `look` adds clip planes, depth cue and isosurfaces.
 //! 7. `bound` derives the error bound that comes with each pixel.
+//! 8. `grid` does all of it for regular grids: trilinear interpolation, a cubic in each
+//!    voxel cell, split at knots and integrated by Gauss–Legendre rules.
 //!
 //! N. Max, P. Hanrahan, R. Crawfis, "Area and Volume Coherence for Efficient
 //! Visualization of 3D Scalar Functions", 1990, cast rays through unsorted cells
@@ -23,7 +25,7 @@
 //! Intersection", 2013, is the source of the sheared test.
 //!
 //! # Limits
-//! Regular grids are not drawn. Where cells overlap, which no valid mesh has, their
+//! Where cells overlap, which no valid mesh has, their
 //! pieces are integrated one after the other in the order of their entries, and
 //! the pixel is counted as inconsistent.
 
@@ -31,6 +33,7 @@ mod bound;
 mod cell;
 mod frame;
 mod geometry;
+mod grid;
 mod image;
 mod look;
 mod predicate;
@@ -38,6 +41,7 @@ mod ray;
 mod tile;
 mod trace;
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -54,14 +58,23 @@ pub use trace::{Interval, RayTrace};
 use bound::Steepness;
 use frame::RayFrame;
 use geometry::Geometry;
+use grid::GridBody;
 use look::Look;
+use ray::Outcome;
 use tile::{SIDE, Scene, Workspace};
 
 /// The name in lists and messages.
 pub const NAME: &str = "reference";
 
-/// What it draws beyond the volumetric optical models.
+/// What it draws of meshes beyond the volumetric optical models.
 pub const ABILITIES: Abilities = Abilities::ALL;
+
+/// What it draws of regular grids beyond the volumetric optical models.
+pub const GRID_ABILITIES: Abilities = Abilities {
+    isosurfaces: false,
+    depth_cue: false,
+    clip_planes: false,
+};
 
 /// How the reference works; none of it changes a bit of the image.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -73,28 +86,35 @@ pub struct ReferenceOptions {
 /// The most threads that [`ReferenceOptions`] takes.
 const MAX_THREADS: usize = 1024;
 
-/// A mesh with its BVH. Immutable between reloads.
+/// A mesh with its BVH, or a grid. Immutable between reloads.
 #[derive(Clone)]
 pub struct Reference {
-    mesh: TetMesh,
-    geometry: Arc<Geometry>,
+    body: Body,
     appearance: Appearance,
     pool: Option<Arc<rayon::ThreadPool>>,
     bvh_builds: u64,
 }
 
+/// What rays are cast through.
+#[derive(Clone)]
+enum Body {
+    Mesh {
+        mesh: TetMesh,
+        geometry: Arc<Geometry>,
+    },
+    Grid(Box<GridBody>),
+}
+
 impl Reference {
-    /// Builds the BVH of `volume`.
+    /// Builds the BVH of a mesh; a grid needs none.
     ///
     /// # Errors
-    /// A grid, and a number of threads that is zero or that the system refuses.
+    /// A number of threads that is zero or that the system refuses.
     pub fn new(
         volume: &Volume,
         appearance: &Appearance,
         options: &ReferenceOptions,
     ) -> Result<Reference, Error> {
-        ABILITIES.check(NAME, appearance)?;
-        let mesh = mesh_of(volume)?;
         let pool = match options.threads {
             None => None,
             Some(threads) if (1..=MAX_THREADS).contains(&threads) => {
@@ -111,12 +131,13 @@ impl Reference {
                 });
             }
         };
+        abilities(volume).check(NAME, appearance)?;
+        let (body, bvh_builds) = Body::of(volume, None)?;
         Ok(Reference {
-            mesh: mesh.clone(),
-            geometry: Arc::new(Geometry::new(mesh)),
+            body,
             appearance: appearance.clone(),
             pool,
-            bvh_builds: 1,
+            bvh_builds,
         })
     }
 
@@ -152,74 +173,70 @@ impl Reference {
     ) -> Result<ReferenceImage, Error> {
         let start = Instant::now();
         view.validate()?;
-        let (frame, grid) = RayFrame::of_view(view, &self.geometry)?;
         let background = view.premultiplied_background();
-        let positions = frame.positions(&self.mesh);
-        let scene = Scene {
-            mesh: &self.mesh,
-            geometry: &self.geometry,
-            appearance: &self.appearance,
-            steepness: Steepness::new(&self.appearance, background),
-            look: Look::new(&self.appearance, &self.mesh.bounds(), &frame),
-            frame,
-            background,
+        let parts = match &self.body {
+            Body::Mesh { mesh, geometry } => {
+                let (frame, grid) = RayFrame::of_view(view, geometry)?;
+                let positions = frame.positions(mesh);
+                let scene = Scene {
+                    mesh,
+                    geometry,
+                    appearance: &self.appearance,
+                    steepness: Steepness::new(&self.appearance, background),
+                    look: Look::new(&self.appearance, &mesh.bounds(), &frame),
+                    frame,
+                    background,
+                };
+                in_tiles(view, on_progress, |columns, rows, workspace| {
+                    tile::draw(&scene, &positions, &grid, columns, rows, workspace)
+                })
+            }
+            Body::Grid(grid) => {
+                grid.check_eye(view.camera.position)?;
+                let scene = grid.scene(&self.appearance, background);
+                in_tiles(view, on_progress, |columns, rows, _| {
+                    scene.draw(view, columns, rows)
+                })
+            }
         };
-        let side = SIDE as u32;
-        let across = view.width.div_ceil(side);
-        let tiles = across * view.height.div_ceil(side);
-        let done = AtomicUsize::new(0);
-        let drawn: Vec<_> = (0..tiles)
-            .into_par_iter()
-            .map_init(Workspace::default, |workspace, tile| {
-                let (column, row) = (tile % across * side, tile / across * side);
-                let columns = column..view.width.min(column + side);
-                let rows = row..view.height.min(row + side);
-                let pixels = tile::draw(
-                    &scene,
-                    &positions,
-                    &grid,
-                    columns.clone(),
-                    rows.clone(),
-                    workspace,
-                );
-                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                on_progress(done as f64 / f64::from(tiles));
-                image::Part::new(columns, rows, pixels)
-            })
-            .collect();
         let has_depths = self.appearance.optical_model == OpticalModel::Isosurfaces;
-        let mut image = ReferenceImage::assemble(view, &drawn, has_depths);
+        let mut image = ReferenceImage::assemble(view, &parts, has_depths);
         image.bytes_resident = self.bytes_resident();
         image.seconds = start.elapsed().as_secs_f64();
         Ok(image)
     }
 
-    /// How many times a BVH was built: once, and again for each volume with
-    /// another geometry that was loaded since.
+    /// How many times a BVH was built: once for each mesh with another geometry
+    /// that was loaded.
     pub fn bvh_builds(&self) -> u64 {
         self.bvh_builds
     }
 
-    /// Bytes of the BVH and of the mesh in its order.
+    /// Bytes of the BVH and of the mesh in its order, or of the samples.
     fn bytes_resident(&self) -> u64 {
-        self.geometry.bytes() as u64
+        match &self.body {
+            Body::Mesh { geometry, .. } => geometry.bytes() as u64,
+            Body::Grid(grid) => grid.bytes(),
+        }
     }
 }
 
 impl VolumeRenderer for Reference {
     /// Keeps the BVH where the geometry is the same ([`TetMesh::shares_geometry`]).
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
-        let mesh = mesh_of(volume)?;
-        if !mesh.shares_geometry(&self.mesh) {
-            self.geometry = Arc::new(Geometry::new(mesh));
-            self.bvh_builds += 1;
-        }
-        self.mesh = mesh.clone();
+        abilities(volume).check(NAME, &self.appearance)?;
+        let (body, built) = Body::of(volume, Some(&self.body))?;
+        self.body = body;
+        self.bvh_builds += built;
         Ok(())
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        ABILITIES.check(NAME, appearance)?;
+        let abilities = match self.body {
+            Body::Mesh { .. } => ABILITIES,
+            Body::Grid(_) => GRID_ABILITIES,
+        };
+        abilities.check(NAME, appearance)?;
         self.appearance = appearance.clone();
         Ok(())
     }
@@ -230,13 +247,59 @@ impl VolumeRenderer for Reference {
     }
 }
 
-fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
+/// What is drawn of `volume`.
+fn abilities(volume: &Volume) -> Abilities {
     match volume {
-        Volume::Mesh(mesh) => Ok(mesh),
-        _ => Err(Error::Unsupported {
-            renderer: NAME,
-            what: "a regular grid".into(),
-            reason: "it clips rays against tetrahedra, and a grid has none".into(),
-        }),
+        Volume::Mesh(_) => ABILITIES,
+        _ => GRID_ABILITIES,
     }
+}
+
+impl Body {
+    /// What is in `volume`, with the BVH of a body `before` where that fits, and how many
+    /// were built.
+    fn of(volume: &Volume, before: Option<&Body>) -> Result<(Body, u64), Error> {
+        match volume {
+            Volume::Mesh(new) => {
+                let (geometry, built) = match before {
+                    Some(Body::Mesh { mesh, geometry }) if new.shares_geometry(mesh) => {
+                        (geometry.clone(), 0)
+                    }
+                    _ => (Arc::new(Geometry::new(new)), 1),
+                };
+                let mesh = new.clone();
+                Ok((Body::Mesh { mesh, geometry }, built))
+            }
+            Volume::Grid(grid) => Ok((Body::Grid(Box::new(GridBody::new(grid))), 0)),
+            _ => Err(Error::Unsupported {
+                renderer: NAME,
+                what: "a grid that stays in its file".into(),
+                reason: "its rays need all samples in memory".into(),
+            }),
+        }
+    }
+}
+
+/// Draws the tiles of an image, on all threads; `draw` gets columns and rows.
+fn in_tiles(
+    view: &View,
+    on_progress: &(dyn Fn(f64) + Sync),
+    draw: impl Fn(Range<u32>, Range<u32>, &mut Workspace) -> Vec<(Outcome, usize)> + Sync,
+) -> Vec<image::Part> {
+    let side = SIDE as u32;
+    let across = view.width.div_ceil(side);
+    let tiles = across * view.height.div_ceil(side);
+    let done = AtomicUsize::new(0);
+    (0..tiles)
+        .into_par_iter()
+        .map_init(Workspace::default, |workspace, tile| {
+            let (column, row) = (tile % across * side, tile / across * side);
+            let columns = column..view.width.min(column + side);
+            let rows = row..view.height.min(row + side);
+            let pixels = draw(columns.clone(), rows.clone(), workspace);
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            on_progress(done as f64 / f64::from(tiles));
+            image::Part::new(columns, rows, pixels)
+        })
+        .collect()
 }

@@ -1,14 +1,15 @@
 //! One ray by itself, with all that happens on it.
 
-use tetrascope_core::glam::DVec2;
+use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::{Error, Ray};
 
-use crate::Reference;
 use crate::bound::Steepness;
 use crate::frame::RayFrame;
+use crate::grid::GridBody;
 use crate::look::Look;
 use crate::ray::{self, Consistency};
 use crate::tile::{Line, Scene};
+use crate::{Body, Reference};
 
 /// What a ray and a cell have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,29 +54,33 @@ impl Reference {
     /// A ray with a number that is not finite or without a direction, and one
     /// that starts so far away that distances overflow.
     pub fn trace(&self, ray: &Ray) -> Result<RayTrace, Error> {
-        let frame = RayFrame::of_ray(ray, &self.geometry)?;
+        let (mesh, geometry) = match &self.body {
+            Body::Mesh { mesh, geometry } => (mesh, geometry),
+            Body::Grid(grid) => return self.trace_grid(grid, ray),
+        };
+        let frame = RayFrame::of_ray(ray, geometry)?;
         let background = [0.0; 4];
         let p = DVec2::ZERO;
-        let planes = frame.planes(&self.geometry, p, p);
+        let planes = frame.planes(geometry, p, p);
         let scene = Scene {
-            mesh: &self.mesh,
-            geometry: &self.geometry,
+            mesh,
+            geometry,
             appearance: &self.appearance,
             steepness: Steepness::new(&self.appearance, background),
-            look: Look::new(&self.appearance, &self.mesh.bounds(), &frame),
+            look: Look::new(&self.appearance, &mesh.bounds(), &frame),
             frame,
             background,
         };
         let line = Line::new(&scene, p);
         let length_per_z = line.length_per_z;
-        let points = self.mesh.points();
+        let points = mesh.points();
         let (mut entries, mut error) = (Vec::new(), 0.0);
-        self.geometry.visit(&planes, &mut Vec::new(), |range| {
+        geometry.visit(&planes, &mut Vec::new(), |range| {
             for index in range {
                 let cell = scene.cell(index, |v| scene.frame.position(points[v as usize]));
                 let steepness = scene.steepness.of_cell(&cell);
                 cell.cross(&cell.above(p.y), &[p.x], |_, crossing| {
-                    let id = self.geometry.ids[index];
+                    let id = geometry.ids[index];
                     entries.extend(scene.entry(crossing, id, &steepness, &line, &mut error));
                 });
             }
@@ -99,4 +104,31 @@ impl Reference {
             consistency: outcome.consistency,
         })
     }
+
+    fn trace_grid(&self, grid: &GridBody, ray: &Ray) -> Result<RayTrace, Error> {
+        let direction = ray.direction.normalize_or_zero();
+        if !ray.origin.is_finite() || direction == DVec3::ZERO {
+            return Err(no_ray());
+        }
+        grid.check_eye(ray.origin)?;
+        let ray = Ray {
+            origin: ray.origin,
+            direction,
+        };
+        let (outcome, intervals) = grid.scene(&self.appearance, [0.0; 4]).trace(&ray);
+        Ok(RayTrace {
+            intervals,
+            light: outcome.light,
+            optical_depth: outcome.optical_depth,
+            surface_depth: outcome.surface_depth,
+            pixel: outcome.pixel,
+            error_bound: outcome.error,
+            consistency: outcome.consistency,
+        })
+    }
+}
+
+/// Why a ray cannot be followed.
+pub(crate) fn no_ray() -> Error {
+    Error::invalid("a ray needs a finite origin and a finite direction that is not zero")
 }

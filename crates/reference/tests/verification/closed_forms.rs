@@ -9,7 +9,7 @@ use tetrascope_reference::ReferenceImage;
 
 /// Compares all pixels whose ray is not within 1e-9 of the box's silhouette,
 /// where rounding decides whether the box is met at all.
-fn check(image: &ReferenceImage, view: &View, expected: impl Fn(&Ray) -> [f64; 4]) {
+pub(crate) fn check(image: &ReferenceImage, view: &View, expected: impl Fn(&Ray) -> [f64; 4]) {
     let mut worst = 0.0f64;
     for row in 0..view.height {
         for column in 0..view.width {

@@ -2,6 +2,7 @@
 
 mod adversarial;
 mod closed_forms;
+mod grids;
 mod look;
 mod metamorphic;
 mod scenes;

@@ -1,0 +1,146 @@
+//! Grids that need not fit in memory.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use crate::grid::{Lattice, SampleType, Samples};
+use crate::{Error, Grid};
+
+/// A box of samples: `size` of them from `low` on, along each axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// The first sample.
+    pub low: [usize; 3],
+    /// How many along each axis.
+    pub size: [usize; 3],
+}
+
+impl Region {
+    /// How many samples.
+    pub fn count(&self) -> usize {
+        self.size.iter().product()
+    }
+
+    /// The index at which each row of samples along x begins in a grid of `dims`, by
+    /// increasing y, then z.
+    pub fn rows(self, dims: [usize; 3]) -> impl Iterator<Item = usize> {
+        let Region { low, size } = self;
+        (0..size[2]).flat_map(move |z| {
+            (0..size[1]).map(move |y| low[0] + dims[0] * (low[1] + y + dims[1] * (low[2] + z)))
+        })
+    }
+}
+
+/// A regular grid whose samples are read region by region.
+pub trait BrickSource: Debug + Send + Sync {
+    /// Where the samples lie; never changes.
+    fn lattice(&self) -> Lattice;
+
+    /// Their type; never changes.
+    fn sample_type(&self) -> SampleType;
+
+    /// The samples of `region`, which lies inside of the lattice, x fastest.
+    fn read(&self, region: Region) -> Result<Samples, Error>;
+}
+
+impl BrickSource for Grid {
+    fn lattice(&self) -> Lattice {
+        *Grid::lattice(self)
+    }
+
+    fn sample_type(&self) -> SampleType {
+        self.samples().sample_type()
+    }
+
+    fn read(&self, region: Region) -> Result<Samples, Error> {
+        fn rows<T: Copy>(all: &[T], dims: [usize; 3], region: Region) -> Vec<T> {
+            let mut out = Vec::with_capacity(region.count());
+            for start in region.rows(dims) {
+                out.extend_from_slice(&all[start..start + region.size[0]]);
+            }
+            out
+        }
+        let dims = self.dims();
+        Ok(match self.samples() {
+            Samples::U8(v) => Samples::U8(rows(v, dims, region)),
+            Samples::U16(v) => Samples::U16(rows(v, dims, region)),
+            Samples::I16(v) => Samples::I16(rows(v, dims, region)),
+            Samples::F32(v) => Samples::F32(rows(v, dims, region)),
+        })
+    }
+}
+
+/// A grid that stays where it is, in a file as a rule, and is read in parts.
+///
+/// Cheap to clone: clones share the source.
+#[derive(Clone, Debug)]
+pub struct GridStream {
+    source: Arc<dyn BrickSource>,
+    range: Option<(f64, f64)>,
+}
+
+/// Samples that are read at a time to find their range.
+const SLAB: usize = 1 << 22;
+
+impl GridStream {
+    /// Reads all samples once, slab by slab, for their range.
+    ///
+    /// # Errors
+    /// What [`Lattice::validate`] refuses, and what the source fails with.
+    pub fn new(source: Arc<dyn BrickSource>) -> Result<GridStream, Error> {
+        let lattice = source.lattice();
+        lattice.validate()?;
+        let [nx, ny, nz] = lattice.dims;
+        // As many rows as fit, at least one; of a row all samples.
+        let rows = (SLAB / nx).clamp(1, ny);
+        let layers = (SLAB / nx / ny).clamp(1, nz);
+        let mut range: Option<(f64, f64)> = None;
+        for z in (0..nz).step_by(layers) {
+            for y in (0..ny).step_by(rows) {
+                let samples = source.read(Region {
+                    low: [0, y, z],
+                    size: [nx, rows.min(ny - y), layers.min(nz - z)],
+                })?;
+                range = match (range, samples.range()) {
+                    (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
+                    (a, b) => a.or(b),
+                };
+            }
+        }
+        Ok(GridStream { source, range })
+    }
+
+    /// Where the samples come from.
+    pub fn source(&self) -> &Arc<dyn BrickSource> {
+        &self.source
+    }
+
+    /// The least and greatest finite sample, if there is any.
+    pub fn scalar_range(&self) -> Option<(f64, f64)> {
+        self.range
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat3, DVec3};
+
+    use super::*;
+
+    #[test]
+    fn parts_are_cut_out_and_the_range_is_that_of_all() {
+        let samples = Samples::I16((0..60).map(|i| i - 7).collect());
+        let grid = Grid::new([3, 4, 5], DVec3::ZERO, DVec3::ONE, DMat3::IDENTITY, samples);
+        let grid = grid.expect("valid");
+        let region = Region {
+            low: [1, 2, 3],
+            size: [2, 2, 1],
+        };
+        let part = grid.read(region).expect("inside");
+        let at = |x: i16, y: i16, z: i16| x + 3 * (y + 4 * z) - 7;
+        let expected = [at(1, 2, 3), at(2, 2, 3), at(1, 3, 3), at(2, 3, 3)];
+        assert_eq!(part, Samples::I16(expected.to_vec()));
+        let stream = GridStream::new(Arc::new(grid)).expect("read");
+        assert_eq!(stream.scalar_range(), Some((-7.0, 52.0)));
+    }
+}
