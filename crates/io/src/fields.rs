@@ -65,7 +65,7 @@ pub(crate) fn to_scalars(arrays: Vec<Array>) -> Vec<Scalars> {
 }
 
 /// "x", or VTK's names for the parts of tensors, or the number.
-fn component_name(component: usize, components: usize) -> String {
+pub(crate) fn component_name(component: usize, components: usize) -> String {
     let names: &[&str] = match components {
         2 | 3 => &["x", "y", "z"],
         6 => &["xx", "yy", "zz", "xy", "yz", "xz"],

@@ -1,21 +1,31 @@
-//! Files in and out: meshes from Plot3D and VTK files, images as PNG, EXR and NPY.
+//! Files in and out: meshes and grids from many formats, images as PNG, EXR and NPY.
 //!
-//! [`read_mesh`] finds out the format and returns [`MeshData`]: points, cells,
-//! every scalar field, and what was noticed on the way. [`write_image`] writes
+//! [`read_file`] finds out the format and returns [`MeshData`], which is points, cells,
+//! every scalar field, and what was noticed on the way, or [`GridData`], which is samples
+//! and where they lie. [`write_image`] writes
 //! a frame with its metadata, whole or not at all.
 //!
 //! | format | what is read |
 //! |---|---|
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
 //! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; see [`vtu`] |
-//! | `.vtk` | legacy VTK unstructured and structured grids; see [`vtk`] |
+//! | `.vti` | VTK XML images, as `.vtu`; `Direction`, pieces, hidden points; see [`vtu`] |
+//! | `.vtk` | legacy VTK unstructured and structured grids, structured points; see [`vtk`] |
+//! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or two; see [`grid`] |
+//! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; see [`grid`] |
+//! | `.nii`, `.nii.gz` | NIfTI-1; see [`grid`] |
+//! | any | raw samples, described by [`ReadOptions::raw`] |
+//!
+//! Samples of grids stay 8- and 16-bit integers or 32-bit floats, as they are stored;
+//! other types become 32-bit floats, with a note if that rounds.
 //!
 //! # Hostile files
-//! Files are read to memory and every count in them is checked against the
+//! Meshes and VTK files are read to memory, samples of other grids a few at a time, and every count in them is checked against the
 //! bytes that are there before anything is allocated by it. What is wrong is an
 //! [`Error::Format`](tetrascope_core::Error::Format) that says what and where.
 
 mod fields;
+pub mod grid;
 pub mod image;
 mod mesh_data;
 pub mod plot3d;
@@ -24,6 +34,8 @@ mod source;
 pub mod vtk;
 pub mod vtu;
 
+pub use grid::{FieldSamples, GridData, GridField, RawFile};
 pub use image::{encode_exr, encode_npy, encode_png, write_file, write_image};
 pub use mesh_data::MeshData;
-pub use read::{ReadOptions, read_mesh};
+pub use read::{FileData, ReadOptions, read_file, read_mesh};
+pub(crate) use vtk::parse_float;

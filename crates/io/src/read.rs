@@ -1,26 +1,53 @@
 //! Which reader a file needs, and what all readers must guarantee.
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use tetrascope_core::Error;
 use tetrascope_core::mesh::Association;
 
-use crate::source::Source;
+use crate::grid::{GridData, RawLayout, meta_image, nifti, nrrd, raw};
+use crate::source::{Source, open_file};
 use crate::{MeshData, plot3d, vtk, vtu};
 
-/// How to read a mesh.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// How to read a file.
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReadOptions {
     /// The file with the fields where the format keeps them apart (Plot3D);
     /// found by its name when not given.
     pub solution: Option<PathBuf>,
+    /// Says what is in a file of samples alone; without it no file is one.
+    pub raw: Option<RawLayout>,
+    /// Grids with more bytes of samples than this stay in their file, if they stand
+    /// there as they are, and are read in parts.
+    pub stream_above: u64,
+}
+
+impl Default for ReadOptions {
+    fn default() -> ReadOptions {
+        ReadOptions {
+            solution: None,
+            raw: None,
+            stream_above: 1 << 29,
+        }
+    }
+}
+
+/// What a file holds.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum FileData {
+    /// An unstructured mesh.
+    Mesh(MeshData),
+    /// A regular grid.
+    Grid(GridData),
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu) and legacy VTK (.vtk)";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with --dims and --type";
 
 /// Formats that people have and that are not read, by extension.
-const NOT_READ: [(&[&str], &str); 8] = [
+const NOT_READ: [(&[&str], &str); 9] = [
     (
         &["pvtu", "pvd", "vtm", "vtmb"],
         "a VTK file that lists other files; give one of its .vtu pieces",
@@ -30,8 +57,12 @@ const NOT_READ: [(&[&str], &str); 8] = [
         "a VTK XML file of another kind; save it as an unstructured grid (.vtu)",
     ),
     (
-        &["vti", "nrrd", "nhdr", "mha", "mhd", "nii", "raw"],
-        "a regular grid of samples; this version reads meshes",
+        &["raw", "dat", "img"],
+        "a file of samples alone; say what is in it, as in --dims 256x256x128 --type u8",
+    ),
+    (
+        &["dcm", "dicom", "tif", "tiff", "hdr"],
+        "a format of slices or of another program; save it as .nrrd, .mha or .nii",
     ),
     (
         &["vtkhdf", "hdf", "h5", "xdmf", "xmf"],
@@ -49,22 +80,41 @@ const NOT_READ: [(&[&str], &str); 8] = [
     ),
 ];
 
-/// Reads a mesh with all its fields; the format is told by the file's first
+/// Reads a mesh with all its fields; see [`read_file`].
+///
+/// # Errors
+/// Those of [`read_file`], and [`Error::Format`] for a regular grid.
+pub fn read_mesh(path: &Path, options: &ReadOptions) -> Result<MeshData, Error> {
+    match read_file(path, options)? {
+        FileData::Mesh(mesh) => Ok(mesh),
+        FileData::Grid(_) => Err(Error::Format {
+            path: path.to_owned(),
+            at: "byte 0".into(),
+            what: "the file holds a regular grid where a mesh is needed".into(),
+            help: None,
+        }),
+    }
+}
+
+/// Reads a mesh or a grid with all its fields; the format is told by the file's first
 /// bytes, then by its extension.
 ///
-/// The points of every cell of the result exist and lie at finite coordinates,
-/// and every field has one value a point or a cell.
+/// The points of every cell of a mesh exist and lie at finite coordinates,
+/// and every field has one value a point or a cell. Every field of a grid has a sample
+/// for each point of its lattice.
 ///
 /// # Errors
 /// [`Error::Io`] when a file cannot be read, [`Error::Format`] when it makes no
 /// sense or is of a format that is not read.
-pub fn read_mesh(path: &Path, options: &ReadOptions) -> Result<MeshData, Error> {
-    let extension = path
-        .extension()
-        .map(|e| e.to_string_lossy().to_ascii_lowercase())
-        .unwrap_or_default();
-    let source = Source::open(path)?;
-    let format = Format::of(&source, &extension)?;
+pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> {
+    let name = path
+        .file_name()
+        .map(|n| n.to_string_lossy().to_ascii_lowercase());
+    let name = name.unwrap_or_default();
+    let format = match &options.raw {
+        Some(layout) => Format::Raw(*layout),
+        None => Format::of(&head(path)?, &name)?,
+    };
     if let (Some(solution), false) = (&options.solution, matches!(format, Format::Plot3d)) {
         return Err(Error::Invalid {
             what: format!(
@@ -75,33 +125,73 @@ pub fn read_mesh(path: &Path, options: &ReadOptions) -> Result<MeshData, Error> 
             help: Some("a solution file goes with a Plot3D grid; leave out --solution".into()),
         });
     }
-    let mut data = match format {
+    let description = match format {
         Format::Plot3d => {
-            drop(source); // the reader may need the other file of the pair
-            plot3d::read(path, options.solution.as_deref())
+            let mesh = plot3d::read(path, options.solution.as_deref())?;
+            return Ok(with_file(FileData::Mesh(mesh), path));
         }
-        Format::VtkXml => vtu::read(&source),
-        Format::VtkLegacy => vtk::read(&source),
+        Format::VtkXml => return Ok(with_file(vtu::read(&Source::open(path)?)?, path)),
+        Format::VtkLegacy => return Ok(with_file(vtk::read(&Source::open(path)?)?, path)),
+        Format::MetaImage => meta_image::read(path),
+        Format::Nrrd => nrrd::read(path),
+        Format::Nifti { compressed } => nifti::read(path, compressed),
+        Format::Raw(layout) => raw::describe(path, &layout),
     }?;
-    if data.files.is_empty() {
-        data.files.push(path.to_owned());
+    description
+        .read(path, options.stream_above)
+        .map(FileData::Grid)
+}
+
+/// The first bytes of a file; an empty one is an error.
+fn head(path: &Path) -> Result<Source, Error> {
+    let (file, _) = open_file(path)?;
+    let mut bytes = Vec::new();
+    let read = file.take(4096).read_to_end(&mut bytes);
+    read.map_err(|source| Error::Io {
+        action: "cannot read",
+        path: path.to_owned(),
+        source,
+    })?;
+    let head = Source {
+        path: path.to_owned(),
+        bytes,
+    };
+    if head.bytes.is_empty() {
+        return Err(head.error("byte 0", "the file is empty"));
     }
-    Ok(data)
+    Ok(head)
+}
+
+fn with_file(mut data: FileData, path: &Path) -> FileData {
+    let files = match &mut data {
+        FileData::Mesh(mesh) => &mut mesh.files,
+        FileData::Grid(grid) => &mut grid.files,
+    };
+    if files.is_empty() {
+        files.push(path.to_owned());
+    }
+    data
 }
 
 enum Format {
     Plot3d,
     VtkXml,
     VtkLegacy,
+    MetaImage,
+    Nrrd,
+    Nifti { compressed: bool },
+    Raw(RawLayout),
 }
 
 impl Format {
-    fn of(source: &Source, extension: &str) -> Result<Format, Error> {
+    /// By the first bytes of the file called `name`.
+    fn of(source: &Source, name: &str) -> Result<Format, Error> {
+        let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
         let bytes = source
             .bytes
             .strip_prefix(b"\xef\xbb\xbf")
             .unwrap_or(&source.bytes);
-        let head = &bytes[..bytes.len().min(4096)];
+        let head = bytes;
         let refuse = |what: &str| Err(source.error_with_help("byte 0", what, FORMATS));
         if head.starts_with(b"# vtk DataFile") {
             return Ok(Format::VtkLegacy);
@@ -120,14 +210,32 @@ impl Format {
         if head.starts_with(b"$MeshFormat") {
             return refuse("this is a Gmsh mesh; save it as .vtu");
         }
+        if head.starts_with(b"NRRD000") {
+            return Ok(Format::Nrrd);
+        }
+        // A header of 348 bytes, whose size comes first in either order.
+        let nifti = [[92, 1, 0, 0], [0, 0, 1, 92]];
+        let compressed = head.starts_with(b"\x1f\x8b") && name.ends_with(".nii.gz");
+        if compressed || extension == "nii" || nifti.iter().any(|size| head.starts_with(size)) {
+            return Ok(Format::Nifti { compressed });
+        }
+        let meta = [b"ObjectType".as_slice(), b"NDims", b"Comment"];
+        if matches!(extension, "mha" | "mhd") || meta.iter().any(|key| head.starts_with(key)) {
+            return Ok(Format::MetaImage);
+        }
         if head.starts_with(b"\x1f\x8b") {
             return refuse("the file is compressed with gzip; decompress it first");
         }
         if plot3d::has_extension(extension) {
             return Ok(Format::Plot3d);
         }
-        if extension == "vtu" {
-            return refuse("the file does not begin with an XML element as a .vtu file does");
+        if matches!(extension, "vtu" | "vti") {
+            return refuse(&format!(
+                "the file does not begin with an XML element as a .{extension} file does"
+            ));
+        }
+        if matches!(extension, "nrrd" | "nhdr") {
+            return refuse("the file does not begin with 'NRRD000' as a .nrrd file does");
         }
         if extension == "vtk" {
             return refuse(
@@ -139,7 +247,7 @@ impl Format {
                 return refuse(&format!(".{extension} is not read: it is {what}"));
             }
         }
-        refuse("this is not a mesh in a format that is read")
+        refuse("this is not a mesh or a grid in a format that is read")
     }
 }
 

@@ -1,5 +1,7 @@
 //! A file's bytes, and errors that say where in it.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use tetrascope_core::Error;
@@ -13,22 +15,13 @@ pub(crate) struct Source {
 impl Source {
     /// Reads the whole file; an empty one is an error.
     pub(crate) fn open(path: &Path) -> Result<Source, Error> {
-        let io = |action| {
-            move |source| Error::Io {
-                action,
-                path: path.to_owned(),
-                source,
-            }
-        };
-        let metadata = std::fs::metadata(path).map_err(io("cannot open"))?;
-        if !metadata.is_file() {
-            return Err(Error::Io {
-                action: "cannot read",
-                path: path.to_owned(),
-                source: std::io::Error::other("it is not a regular file"),
-            });
-        }
-        let bytes = std::fs::read(path).map_err(io("cannot read"))?;
+        let (mut file, length) = open_file(path)?;
+        let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or(0));
+        file.read_to_end(&mut bytes).map_err(|source| Error::Io {
+            action: "cannot read",
+            path: path.to_owned(),
+            source,
+        })?;
         let source = Source {
             path: path.to_owned(),
             bytes,
@@ -63,6 +56,25 @@ impl Source {
             help: Some(help.into()),
         }
     }
+}
+
+/// Opens a regular file; its length comes with it.
+pub(crate) fn open_file(path: &Path) -> Result<(File, u64), Error> {
+    let failed = |action| {
+        move |source| Error::Io {
+            action,
+            path: path.to_owned(),
+            source,
+        }
+    };
+    // Before opening: a pipe would wait for its other end.
+    let metadata = std::fs::metadata(path).map_err(failed("cannot open"))?;
+    if !metadata.is_file() {
+        let source = std::io::Error::other("it is not a regular file");
+        return Err(failed("cannot read")(source));
+    }
+    let file = File::open(path).map_err(failed("cannot open"))?;
+    Ok((file, metadata.len()))
 }
 
 /// Byte order of the numbers in a file.

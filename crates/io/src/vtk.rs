@@ -1,13 +1,15 @@
-//! Legacy VTK files, `.vtk`: unstructured and structured grids, ASCII and binary.
+//! Legacy VTK files, `.vtk`: unstructured and structured grids and structured points,
+//! ASCII and binary.
 //!
 //! *VTK File Formats*, the VTK documentation; versions 1.0 to 4.2 and 5.1, which
 //! stores cells as offsets and connectivity. Binary numbers are big-endian.
 //! Array names are decoded (`Nodal%20Stress`). A structured grid becomes
-//! hexahedra.
+//! hexahedra, structured points a regular grid whose samples keep their type.
 
 mod scanner;
 
 use glam::DVec3;
+use tetrascope_core::grid::{Lattice, Samples};
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Cells, Error, glam};
 
@@ -15,8 +17,9 @@ pub(crate) use self::scanner::parse_float;
 use self::scanner::{Kind, Scanner, clip};
 use crate::MeshData;
 use crate::fields::{Array, take_ghosts, to_scalars};
+use crate::grid::{FieldSamples, GridData, GridField, split};
 use crate::mesh_data::add_hexahedra;
-use crate::read::check;
+use crate::read::{FileData, check};
 use crate::source::{Source, count};
 
 /// What has been read so far.
@@ -28,10 +31,21 @@ struct Reader<'a> {
     arrays: Vec<Array>,
     /// What the arrays that follow belong to, and how many values they have.
     data: Option<(Association, u64)>,
+    /// The samples of structured points.
+    image: Option<Image>,
+}
+
+/// Structured points.
+struct Image {
+    origin: [f64; 3],
+    spacing: [f64; 3],
+    /// Not those of SCALARS, name, samples, components.
+    fields: Vec<(bool, String, Samples, usize)>,
+    notes: Vec<String>,
 }
 
 /// Reads a legacy `.vtk` file.
-pub(crate) fn read(source: &Source) -> Result<MeshData, Error> {
+pub(crate) fn read(source: &Source) -> Result<FileData, Error> {
     let mut reader = Reader {
         scanner: Scanner::new(source),
         dimensions: None,
@@ -39,11 +53,19 @@ pub(crate) fn read(source: &Source) -> Result<MeshData, Error> {
         cells: None,
         arrays: Vec::new(),
         data: None,
+        image: None,
     };
     reader.header()?;
     while let Some(keyword) = reader.scanner.word() {
         reader.section(keyword)?;
     }
+    match reader.image.take() {
+        Some(image) => reader.grid(image).map(FileData::Grid),
+        None => mesh(source, reader).map(FileData::Mesh),
+    }
+}
+
+fn mesh(source: &Source, mut reader: Reader) -> Result<MeshData, Error> {
     let points = reader
         .points
         .ok_or_else(|| reader.scanner.truncated("the file has no POINTS"))?;
@@ -113,6 +135,23 @@ impl Reader<'_> {
                 self.dimensions = Some([size()?, size()?, size()?]);
                 Ok(())
             }
+            word @ ("ORIGIN" | "SPACING" | "ASPECT_RATIO") => {
+                // Words also in a binary file.
+                let mut number = || {
+                    let word = self.scanner.expect("a number")?;
+                    parse_float(word).ok_or_else(|| {
+                        self.scanner
+                            .error(format!("'{}' is not a number", clip(word)))
+                    })
+                };
+                let numbers = [number()?, number()?, number()?];
+                match (&mut self.image, word) {
+                    (Some(image), "ORIGIN") => image.origin = numbers,
+                    (Some(image), _) => image.spacing = numbers,
+                    (None, _) => {}
+                }
+                Ok(())
+            }
             "POINTS" => self.points(),
             "CELLS" => self.cells(),
             "CELL_TYPES" => self.cell_types(),
@@ -156,11 +195,64 @@ impl Reader<'_> {
         let kind = self.scanner.expect("the type of the data set")?;
         match kind.to_ascii_uppercase().as_str() {
             "UNSTRUCTURED_GRID" | "STRUCTURED_GRID" => Ok(()),
+            "STRUCTURED_POINTS" => {
+                self.image = Some(Image {
+                    origin: [0.0; 3],
+                    spacing: [1.0; 3],
+                    fields: Vec::new(),
+                    notes: Vec::new(),
+                });
+                Ok(())
+            }
             other => Err(self.scanner.error(format!(
-                "the file holds {}; of legacy VTK files UNSTRUCTURED_GRID and STRUCTURED_GRID are read",
+                "the file holds {}; of legacy VTK files UNSTRUCTURED_GRID, STRUCTURED_GRID and \
+                 STRUCTURED_POINTS are read",
                 clip(other)
             ))),
         }
+    }
+
+    /// The grid of structured points.
+    fn grid(&self, image: Image) -> Result<GridData, Error> {
+        let dims = self
+            .dimensions
+            .ok_or_else(|| self.scanner.truncated("the file has no DIMENSIONS"))?;
+        let [i, j, k] = dims;
+        let points = dims.iter().try_fold(1_u64, |n, &d| n.checked_mul(d));
+        if points.is_none_or(|n| usize::try_from(n).is_err()) {
+            return Err(self.scanner.error(format!("{i}×{j}×{k} points")));
+        }
+        let [x, y, z] = image.spacing;
+        let axes = [DVec3::X * x, DVec3::Y * y, DVec3::Z * z];
+        let lattice = Lattice::from_axes(dims.map(|d| d as usize), image.origin.into(), axes);
+        let lattice = lattice.map_err(|error| self.scanner.error(error.to_string()))?;
+        let mut fields = image.fields;
+        fields.sort_by_key(|(later, ..)| *later); // stable
+        let mut found = Vec::new();
+        for (_, name, samples, components) in fields {
+            if (samples.len() / components) as u64 != points.unwrap_or(0) {
+                return Err(self.scanner.error(format!(
+                    "array '{name}' has {} where {i}×{j}×{k} are needed",
+                    count((samples.len() / components) as u64, "sample")
+                )));
+            }
+            for (name, samples) in split(&name, samples, components, true) {
+                found.push(GridField {
+                    name,
+                    association: Association::Point,
+                    lattice,
+                    samples: FieldSamples::Loaded(samples),
+                });
+            }
+        }
+        if found.is_empty() {
+            return Err(self.scanner.truncated("the file has no POINT_DATA"));
+        }
+        Ok(GridData {
+            fields: found,
+            notes: image.notes,
+            files: Vec::new(),
+        })
     }
 
     fn points(&mut self) -> Result<(), Error> {
@@ -337,6 +429,21 @@ impl Reader<'_> {
             return Err(self.scanner.error(format!(
                 "array '{name}' has {components} components; 1 to {MOST_COMPONENTS} are read"
             )));
+        }
+        if let Some(image) = &mut self.image {
+            let converted = self.scanner.samples(kind, n.saturating_mul(components))?;
+            if association == Association::Cell {
+                image.notes.push(format!("cell data '{name}' left out"));
+                return Ok(());
+            }
+            if converted.rounded {
+                image
+                    .notes
+                    .push(format!("samples of '{name}' are rounded to 32-bit floats"));
+            }
+            let field = (!active, name, converted.samples, components as usize);
+            image.fields.push(field);
+            return Ok(());
         }
         let values = self.scanner.floats(kind, n.saturating_mul(components))?;
         self.arrays.push(Array {

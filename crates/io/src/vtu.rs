@@ -1,4 +1,4 @@
-//! VTK XML unstructured grids, `.vtu`.
+//! VTK XML unstructured grids, `.vtu`, and images, `.vti`.
 //!
 //! *VTK XML Formats*, the VTK documentation. Read are all four encodings
 //! (appended raw, which ParaView writes by default, appended base64, inline
@@ -10,9 +10,13 @@
 //!
 //! A vector field is its components and its magnitude: `Velocity-x`,
 //! `Velocity-magnitude`.
+//!
+//! An image's samples keep their type; `Origin`, `Spacing` and `Direction` say where they
+//! lie, and its pieces become one grid. Hidden points are NaN.
 
 mod decode;
 mod document;
+mod image;
 
 use glam::DVec3;
 use tetrascope_core::Error;
@@ -23,13 +27,20 @@ use self::decode::Decoder;
 use self::document::{ArrayElement, Document, Piece};
 use crate::MeshData;
 use crate::fields::{Array, take_ghosts, to_scalars};
-use crate::read::check;
+use crate::read::{FileData, check};
 use crate::source::{Source, count};
 
-/// Reads a `.vtu` file.
-pub(crate) fn read(source: &Source) -> Result<MeshData, Error> {
+/// Reads a `.vtu` or `.vti` file.
+pub(crate) fn read(source: &Source) -> Result<FileData, Error> {
     let document = Document::parse(source)?;
-    let decoder = Decoder::new(source, &document);
+    match &document.image {
+        Some(image) => image::read(source, &document, image).map(FileData::Grid),
+        None => read_mesh(source, &document).map(FileData::Mesh),
+    }
+}
+
+fn read_mesh(source: &Source, document: &Document) -> Result<MeshData, Error> {
+    let decoder = Decoder::new(source, document);
     let mut data = MeshData {
         notes: document.notes.clone(),
         ..MeshData::default()

@@ -73,6 +73,7 @@ fn wrong(what: String, help: &str) -> Result<Loaded, Error> {
 fn from_file(path: &Path, source: &VolumeSource) -> Result<Loaded, Error> {
     let options = ReadOptions {
         solution: source.solution.clone(),
+        ..ReadOptions::default()
     };
     let mut data = read_mesh(path, &options)?;
     let notes = std::mem::take(&mut data.notes);

@@ -335,6 +335,7 @@ fn the_pair_is_found_from_either_file() {
         fs::rename(&q, &elsewhere).expect("it is writable");
         let options = ReadOptions {
             solution: Some(elsewhere.clone()),
+            ..ReadOptions::default()
         };
         assert_eq!(read_mesh(&xyz, &options).expect("a pair").fields.len(), 13);
         // Without its grid.

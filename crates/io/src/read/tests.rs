@@ -15,7 +15,7 @@ fn unknown_files_are_refused_with_the_formats_that_are_read() {
         (
             "a.png",
             b"\x89PNG\r\n".as_slice(),
-            "not a mesh in a format that is read",
+            "not a mesh or a grid in a format that is read",
         ),
         ("a.msh", b"hello", "Gmsh"),
         ("a.case", b"FORMAT", "EnSight"),
@@ -71,10 +71,15 @@ fn read_bytes(name: &str, bytes: Vec<u8>) -> Result<MeshData, Error> {
         path: name.into(),
         bytes,
     };
-    if name.ends_with("vtu") {
-        vtu::read(&source)
+    let data = if name.ends_with("vtu") {
+        vtu::read(&source)?
     } else {
-        vtk::read(&source)
+        vtk::read(&source)?
+    };
+    match data {
+        FileData::Mesh(mesh) => Ok(mesh),
+        // A damaged byte may make it another kind of file.
+        FileData::Grid(_) => Err(Error::invalid("a grid")),
     }
 }
 

@@ -1,7 +1,9 @@
 //! Words, lines and arrays of a legacy VTK file, one after the other.
 
 use tetrascope_core::Error;
+use tetrascope_core::grid::Samples;
 
+use crate::grid::number::{Converted, Number};
 use crate::source::{Endian, Source};
 
 /// How an array's numbers are stored.
@@ -37,6 +39,23 @@ impl Kind {
             "float" | "vtktypefloat32" => Kind::F32,
             "double" | "vtktypefloat64" => Kind::F64,
             _ => return None,
+        })
+    }
+
+    /// The same type elsewhere; bits have none.
+    fn number(self) -> Option<Number> {
+        Some(match self {
+            Kind::Bit => return None,
+            Kind::I8 => Number::I8,
+            Kind::U8 => Number::U8,
+            Kind::I16 => Number::I16,
+            Kind::U16 => Number::U16,
+            Kind::I32 => Number::I32,
+            Kind::U32 => Number::U32,
+            Kind::I64 => Number::I64,
+            Kind::U64 => Number::U64,
+            Kind::F32 => Number::F32,
+            Kind::F64 => Number::F64,
         })
     }
 
@@ -160,6 +179,32 @@ impl<'a> Scanner<'a> {
             Kind::F32 => f64::from(big.f32(b)),
             Kind::F64 => big.f64(b),
         })
+    }
+
+    /// `count` numbers in the type of samples that holds them best.
+    pub(super) fn samples(&mut self, kind: Kind, count: u64) -> Result<Converted, Error> {
+        let Some(number) = kind.number() else {
+            let bits = self.floats(kind, count)?;
+            return Ok(Converted {
+                samples: Samples::U8(bits.into_iter().map(|bit| bit as u8).collect()),
+                rounded: false,
+            });
+        };
+        let mut bytes = Vec::new();
+        let (bytes, endian) = if self.binary {
+            let length = count.checked_mul(kind.size());
+            let length = length.ok_or_else(|| self.too_many(count))?;
+            (self.bytes(length)?, Endian::Big)
+        } else {
+            for value in self.words(count, parse_float)? {
+                number
+                    .encode(value, &mut bytes)
+                    .ok_or_else(|| self.error(format!("{value} is not a number of its type")))?;
+            }
+            (bytes.as_slice(), Endian::Little)
+        };
+        let converted = number.read(&mut &bytes[..], endian, count as usize);
+        converted.map_err(|error| self.error(error.to_string()))
     }
 
     /// `count` indices; negative ones come out as larger than any mesh.

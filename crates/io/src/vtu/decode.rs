@@ -14,7 +14,8 @@ use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use tetrascope_core::Error;
 
-use super::document::{ArrayElement, Compressor, Data, Document, Kind};
+use super::document::{ArrayElement, Compressor, Data, Document};
+use crate::grid::number::{Converted, Number};
 use crate::source::{Endian, Source};
 use crate::vtk::parse_float;
 
@@ -59,16 +60,37 @@ impl<'a> Decoder<'a> {
             bytes.chunks_exact(array.kind.size()).map(f).collect()
         };
         Ok(match array.kind {
-            Kind::F32 => each(&|b| f64::from(endian.f32(b))),
-            Kind::F64 => each(&|b| endian.f64(b)),
+            Number::F32 => each(&|b| f64::from(endian.f32(b))),
+            Number::F64 => each(&|b| endian.f64(b)),
             // Exact to 2⁵³.
             kind => each(&|b| integer(kind, endian, b) as f64),
         })
     }
 
+    /// `tuples` tuples in the type of samples that holds them best.
+    pub(super) fn samples(&self, array: &ArrayElement, tuples: u64) -> Result<Converted, Error> {
+        let count = self.count(array, tuples)?;
+        let text;
+        let (bytes, endian) = if let Data::Ascii(words) = &array.data {
+            let values = self.words(array, words, count, parse_float)?;
+            let mut bytes = Vec::with_capacity(values.len() * array.kind.size());
+            for (i, value) in values.into_iter().enumerate() {
+                array.kind.encode(value, &mut bytes).ok_or_else(|| {
+                    self.error(array, format!("value {i} is {value}, not of its type"))
+                })?;
+            }
+            text = bytes;
+            (Cow::Borrowed(text.as_slice()), Endian::Little)
+        } else {
+            (self.bytes(array, count)?, self.document.endian)
+        };
+        let converted = array.kind.read(&mut &bytes[..], endian, count as usize);
+        converted.map_err(|error| self.error(array, error.to_string()))
+    }
+
     /// `count` indices.
     pub(super) fn indices(&self, array: &ArrayElement, count: u64) -> Result<Vec<u64>, Error> {
-        if matches!(array.kind, Kind::F32 | Kind::F64) || array.components != 1 {
+        if matches!(array.kind, Number::F32 | Number::F64) || array.components != 1 {
             return Err(self.error(array, "indices must be whole numbers, one component each"));
         }
         let count = self.count(array, count)?;
@@ -303,18 +325,18 @@ fn decompress(compressor: Compressor, block: &[u8], size: usize, bytes: &mut Vec
 }
 
 /// Any integer type, widened. `u64` fits as well.
-fn integer(kind: Kind, endian: Endian, bytes: &[u8]) -> i128 {
+fn integer(kind: Number, endian: Endian, bytes: &[u8]) -> i128 {
     match kind {
-        Kind::I8 => i128::from(bytes[0] as i8),
-        Kind::U8 => i128::from(bytes[0]),
-        Kind::I16 => i128::from(endian.i16(bytes)),
-        Kind::U16 => i128::from(endian.u16(bytes)),
-        Kind::I32 => i128::from(endian.i32(bytes)),
-        Kind::U32 => i128::from(endian.u32(bytes)),
-        Kind::I64 => i128::from(endian.i64(bytes)),
-        Kind::U64 => i128::from(endian.u64(bytes)),
-        Kind::F32 => i128::from(endian.f32(bytes) as i64),
-        Kind::F64 => i128::from(endian.f64(bytes) as i64),
+        Number::I8 => i128::from(bytes[0] as i8),
+        Number::U8 => i128::from(bytes[0]),
+        Number::I16 => i128::from(endian.i16(bytes)),
+        Number::U16 => i128::from(endian.u16(bytes)),
+        Number::I32 => i128::from(endian.i32(bytes)),
+        Number::U32 => i128::from(endian.u32(bytes)),
+        Number::I64 => i128::from(endian.i64(bytes)),
+        Number::U64 => i128::from(endian.u64(bytes)),
+        Number::F32 => i128::from(endian.f32(bytes) as i64),
+        Number::F64 => i128::from(endian.f64(bytes) as i64),
     }
 }
 

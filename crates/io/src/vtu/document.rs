@@ -1,4 +1,4 @@
-//! The XML of a `.vtu` file: which arrays there are and where their numbers stand.
+//! The XML of a `.vtu` or `.vti` file: which arrays there are and where their numbers stand.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -6,8 +6,10 @@ use std::collections::HashMap;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 use tetrascope_core::Error;
+use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::mesh::Association;
 
+use crate::grid::number::Number;
 use crate::source::{Endian, Source};
 
 /// Compression of binary data.
@@ -18,47 +20,21 @@ pub(super) enum Compressor {
     Lz4,
 }
 
-/// The type of an array's numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-}
-
-impl Kind {
-    fn of(name: &str) -> Option<Kind> {
-        Some(match name {
-            "Int8" => Kind::I8,
-            "UInt8" => Kind::U8,
-            "Int16" => Kind::I16,
-            "UInt16" => Kind::U16,
-            "Int32" => Kind::I32,
-            "UInt32" => Kind::U32,
-            "Int64" => Kind::I64,
-            "UInt64" => Kind::U64,
-            "Float32" => Kind::F32,
-            "Float64" => Kind::F64,
-            _ => return None,
-        })
-    }
-
-    /// Bytes of one number.
-    pub(super) fn size(self) -> usize {
-        match self {
-            Kind::I8 | Kind::U8 => 1,
-            Kind::I16 | Kind::U16 => 2,
-            Kind::I32 | Kind::U32 | Kind::F32 => 4,
-            Kind::I64 | Kind::U64 | Kind::F64 => 8,
-        }
-    }
+/// The type of an array's numbers, by VTK's name.
+fn kind_of(name: &str) -> Option<Number> {
+    Some(match name {
+        "Int8" => Number::I8,
+        "UInt8" => Number::U8,
+        "Int16" => Number::I16,
+        "UInt16" => Number::U16,
+        "Int32" => Number::I32,
+        "UInt32" => Number::U32,
+        "Int64" => Number::I64,
+        "UInt64" => Number::U64,
+        "Float32" => Number::F32,
+        "Float64" => Number::F64,
+        _ => return None,
+    })
 }
 
 /// Where an array's numbers are.
@@ -76,7 +52,7 @@ pub(super) enum Data<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct ArrayElement<'a> {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: Number,
     pub(super) components: u64,
     pub(super) data: Data<'a>,
 }
@@ -99,6 +75,8 @@ pub(super) struct Piece<'a> {
     pub(super) cell_data: Vec<ArrayElement<'a>>,
     pub(super) coordinates: Vec<ArrayElement<'a>>,
     pub(super) topology: Vec<ArrayElement<'a>>,
+    /// Of an image: the first and last sample along each axis.
+    pub(super) extent: [i64; 6],
     /// The `Scalars` of `PointData` and `CellData`.
     active: [Option<String>; 2],
 }
@@ -126,9 +104,23 @@ pub(super) struct Appended<'a> {
     pub(super) raw: bool,
 }
 
-/// A `.vtu` file.
+/// An `ImageData` element.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Image {
+    /// The first and last sample along each axis.
+    pub(super) extent: [i64; 6],
+    /// Where sample (0, 0, 0) lies, whether it is in the extent or not.
+    pub(super) origin: DVec3,
+    pub(super) spacing: DVec3,
+    /// The axes' directions, one a column.
+    pub(super) direction: DMat3,
+}
+
+/// A `.vtu` or `.vti` file.
 #[derive(Debug)]
 pub(super) struct Document<'a> {
+    /// What there is instead of points and cells in a `.vti` file.
+    pub(super) image: Option<Image>,
     pub(super) endian: Endian,
     /// Headers of binary data are 64-bit numbers, else 32-bit.
     pub(super) wide_headers: bool,
@@ -162,6 +154,7 @@ impl<'a> Document<'a> {
         let mut parser = Parser {
             source,
             document: Document {
+                image: None,
                 endian: Endian::Little,
                 wide_headers: false,
                 compressor: Compressor::None,
@@ -249,14 +242,15 @@ impl<'a> Parser<'a> {
             }
         }
         if !self.has_grid {
-            return Err(self
-                .source
-                .error("byte 0", "there is no <UnstructuredGrid> element"));
+            return Err(self.source.error(
+                "byte 0",
+                "there is no <UnstructuredGrid> or <ImageData> element",
+            ));
         }
         if !self.ended {
             return Err(self.source.error_with_help(
                 format!("byte {}", text.len()),
-                "the file ends before </UnstructuredGrid>",
+                "the file ends before </UnstructuredGrid> or </ImageData>",
                 "the file is truncated; copy or write it again",
             ));
         }
@@ -274,12 +268,34 @@ impl<'a> Parser<'a> {
                 self.has_grid = true;
                 Ok(())
             }
+            "ImageData" => {
+                self.has_grid = true;
+                let attributes = attributes(self.source, element, place)?;
+                let numbers = |key: &str| self.numbers::<f64, 3>(&attributes, key, place);
+                let turn = self.numbers::<f64, 9>(&attributes, "direction", place)?;
+                let extent = self.numbers::<i64, 6>(&attributes, "wholeextent", place)?;
+                self.document.image = Some(Image {
+                    extent: extent.ok_or_else(|| {
+                        self.source
+                            .error(format!("byte {place}"), "an image without WholeExtent")
+                    })?,
+                    origin: numbers("origin")?.unwrap_or([0.0; 3]).into(),
+                    spacing: numbers("spacing")?.unwrap_or([1.0; 3]).into(),
+                    // In rows.
+                    direction: turn
+                        .map_or(DMat3::IDENTITY, |t| DMat3::from_cols_array(&t).transpose()),
+                });
+                Ok(())
+            }
             "Piece" if self.has_grid => {
                 let attributes = attributes(self.source, element, place)?;
+                let extent = self.numbers(&attributes, "extent", place)?;
+                let whole = self.document.image.map(|image| image.extent);
                 let number = |key: &str| self.number(&attributes, key, place);
                 let piece = Piece {
                     points: number("numberofpoints")?.unwrap_or(0),
                     cells: number("numberofcells")?.unwrap_or(0),
+                    extent: extent.or(whole).unwrap_or_default(),
                     ..Piece::default()
                 };
                 self.document.pieces.push(piece);
@@ -309,7 +325,7 @@ impl<'a> Parser<'a> {
     fn end(&mut self, name: &str, place: usize) -> Result<(), Error> {
         match name {
             "PointData" | "CellData" | "Points" | "Cells" => self.section = None,
-            "UnstructuredGrid" => self.ended = true,
+            "UnstructuredGrid" | "ImageData" => self.ended = true,
             "DataArray" => {
                 if let (Some((array, keep)), Some(section)) = (self.array.take(), self.section) {
                     let Some(piece) = self.document.pieces.last_mut() else {
@@ -352,9 +368,11 @@ impl<'a> Parser<'a> {
         let refuse =
             |what: String, help: &str| Err(self.source.error_with_help("<VTKFile>", what, help));
         let kind = get("type").unwrap_or("UnstructuredGrid");
-        if kind != "UnstructuredGrid" {
+        if kind != "UnstructuredGrid" && kind != "ImageData" {
             return refuse(
-                format!("the file holds a {kind}; of VTK XML files only UnstructuredGrid is read"),
+                format!(
+                    "the file holds a {kind}; of VTK XML files UnstructuredGrid and ImageData are read"
+                ),
                 "save the data as an unstructured grid (.vtu), for example with ParaView's Append Datasets",
             );
         }
@@ -416,7 +434,7 @@ impl<'a> Parser<'a> {
             .number(&attributes, "numberofcomponents", place)?
             .unwrap_or(1);
         let named = attributes.get("type").map_or("", String::as_str);
-        let kind = Kind::of(named);
+        let kind = kind_of(named);
         // Points and cells must be numbers; a field of texts is of no use here.
         let is_field = matches!(self.section, Some(Section::PointData | Section::CellData));
         if kind.is_none() && !is_field {
@@ -437,12 +455,33 @@ impl<'a> Parser<'a> {
         }
         let array = ArrayElement {
             name,
-            kind: kind.unwrap_or(Kind::U8),
+            kind: kind.unwrap_or(Number::U8),
             components,
             data,
         };
         self.array = Some((array, kind.is_some()));
         Ok(())
+    }
+
+    /// Exactly `N` numbers of an attribute.
+    fn numbers<T: std::str::FromStr, const N: usize>(
+        &self,
+        attributes: &Attributes,
+        key: &str,
+        place: usize,
+    ) -> Result<Option<[T; N]>, Error> {
+        let Some(text) = attributes.get(key) else {
+            return Ok(None);
+        };
+        let words = text.split_ascii_whitespace();
+        let numbers: Option<Vec<T>> = words.map(|word| word.parse().ok()).collect();
+        let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
+        numbers.map(Some).ok_or_else(|| {
+            self.source.error(
+                format!("byte {place}"),
+                format!("{key} is '{text}', not {N} numbers"),
+            )
+        })
     }
 
     fn number(

@@ -1,0 +1,281 @@
+//! The samples of a `.vti` file.
+
+use tetrascope_core::Error;
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::grid::{Lattice, Samples};
+use tetrascope_core::mesh::Association;
+
+use super::decode::Decoder;
+use super::document::{ArrayElement, Document, Image, Piece};
+use crate::grid::{FieldSamples, GridData, GridField, split};
+use crate::source::{Source, count};
+
+/// Marks of `vtkGhostType`: a point, or a cell, that is not to be seen.
+const HIDDEN: [u8; 2] = [2, 32];
+
+/// Reads all fields. Cell data become samples at the cells' centers, which is where they
+/// are known; between them all renderers interpolate.
+pub(super) fn read(source: &Source, document: &Document, image: &Image) -> Result<GridData, Error> {
+    let decoder = Decoder::new(source, document);
+    let mut data = GridData {
+        fields: Vec::new(),
+        notes: document.notes.clone(),
+        files: Vec::new(),
+    };
+    if document.pieces.len() > 1 {
+        let pieces = count(document.pieces.len() as u64, "piece");
+        data.notes.push(format!("{pieces} joined"));
+    }
+    for association in [Association::Point, Association::Cell] {
+        let whole = Box3::of(&image.extent, association);
+        let whole = whole.ok_or_else(|| {
+            source.error(
+                "<ImageData>",
+                format!("the extent {:?} is empty", image.extent),
+            )
+        })?;
+        read_fields(
+            source,
+            &decoder,
+            document,
+            (image, &whole, association),
+            &mut data,
+        )?;
+    }
+    if data.fields.is_empty() {
+        return Err(source.error("<ImageData>", "the image has no field of numbers"));
+    }
+    Ok(data)
+}
+
+/// A box of points or cells.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Box3 {
+    low: [i64; 3],
+    size: [usize; 3],
+}
+
+impl Box3 {
+    /// `None` if it is empty or has more than can be counted.
+    fn of(extent: &[i64; 6], association: Association) -> Option<Box3> {
+        let more = match association {
+            Association::Point => 1,
+            Association::Cell => 0,
+        };
+        let mut size = [0; 3];
+        for axis in 0..3 {
+            let difference = extent[2 * axis + 1].checked_sub(extent[2 * axis])?;
+            size[axis] = usize::try_from(difference.checked_add(more)?).ok()?;
+        }
+        let low = [extent[0], extent[2], extent[4]];
+        let found = Box3 { low, size };
+        found.count().map(|_| found)
+    }
+
+    fn count(&self) -> Option<usize> {
+        let count = self.size.iter().try_fold(1usize, |n, s| n.checked_mul(*s));
+        count.filter(|n| n.checked_mul(8).is_some())
+    }
+
+    /// Where this box begins in `whole`, if it lies inside.
+    fn within(&self, whole: &Box3) -> Option<[usize; 3]> {
+        let mut low = [0; 3];
+        for (axis, low) in low.iter_mut().enumerate() {
+            let first = self.low[axis].checked_sub(whole.low[axis])?;
+            *low = usize::try_from(first).ok()?;
+            if low.checked_add(self.size[axis])? > whole.size[axis] {
+                return None;
+            }
+        }
+        Some(low)
+    }
+}
+
+fn arrays<'a>(piece: &'a Piece<'a>, association: Association) -> &'a [ArrayElement<'a>] {
+    match association {
+        Association::Point => &piece.point_data,
+        Association::Cell => &piece.cell_data,
+    }
+}
+
+fn read_fields(
+    source: &Source,
+    decoder: &Decoder,
+    document: &Document,
+    (image, whole, association): (&Image, &Box3, Association),
+    data: &mut GridData,
+) -> Result<(), Error> {
+    let Some(first) = document.pieces.first() else {
+        return Err(source.error("<ImageData>", "the image has no <Piece>"));
+    };
+    if arrays(first, association).is_empty() {
+        return Ok(());
+    }
+    let lattice = match lattice(image, whole, association) {
+        Ok(lattice) => lattice,
+        Err(error) if association == Association::Cell => {
+            data.notes.push(format!("cell data left out: {error}"));
+            return Ok(());
+        }
+        Err(error) => return Err(source.error("<ImageData>", error.to_string())),
+    };
+    let mut fields: Vec<(bool, GridField)> = Vec::new();
+    let mut ghosts: Option<Samples> = None;
+    for (i, element) in arrays(first, association).iter().enumerate() {
+        let name = match element.name.as_str() {
+            "" => format!("unnamed-{i}"),
+            name => name.to_owned(),
+        };
+        let (samples, rounded) = join(source, decoder, document, (whole, association), i)?;
+        if name == "vtkGhostType" && element.components == 1 {
+            ghosts = Some(samples);
+            continue;
+        }
+        if rounded {
+            data.notes
+                .push(format!("samples of '{name}' are rounded to 32-bit floats"));
+        }
+        let active = first.active(association) == Some(element.name.as_str());
+        for (name, samples) in split(&name, samples, element.components as usize, true) {
+            let field = GridField {
+                name,
+                association,
+                lattice,
+                samples: FieldSamples::Loaded(samples),
+            };
+            fields.push((!active, field));
+        }
+    }
+    if let Some(ghosts) = ghosts {
+        hide(&mut fields, &ghosts, association, &mut data.notes);
+    }
+    fields.sort_by_key(|(later, _)| *later); // stable
+    data.fields
+        .extend(fields.into_iter().map(|(_, field)| field));
+    Ok(())
+}
+
+/// Where the samples lie.
+fn lattice(image: &Image, whole: &Box3, association: Association) -> Result<Lattice, Error> {
+    let half = match association {
+        Association::Point => 0.0,
+        Association::Cell => 0.5,
+    };
+    let first = DVec3::from_array(whole.low.map(|low| low as f64 + half));
+    let direction = image.direction;
+    let axes = [
+        direction.x_axis * image.spacing.x,
+        direction.y_axis * image.spacing.y,
+        direction.z_axis * image.spacing.z,
+    ];
+    let origin = image.origin + direction * (image.spacing * first);
+    Lattice::from_axes(whole.size, origin, axes)
+}
+
+/// The samples of array `index` of all pieces, and whether any were rounded.
+fn join(
+    source: &Source,
+    decoder: &Decoder,
+    document: &Document,
+    (whole, association): (&Box3, Association),
+    index: usize,
+) -> Result<(Samples, bool), Error> {
+    let wrong = |what: String| source.error("<Piece>", what);
+    let mut parts = Vec::new();
+    let (mut covered, mut rounded) = (0usize, false);
+    let first = &arrays(&document.pieces[0], association)[index];
+    for piece in &document.pieces {
+        let part = Box3::of(&piece.extent, association);
+        let place = part.and_then(|part| Some((part, part.within(whole)?, part.count()?)));
+        let (part, low, points) = place
+            .ok_or_else(|| wrong(format!("the extent {:?} is not in the whole", piece.extent)))?;
+        let element = arrays(piece, association)
+            .iter()
+            .find(|e| e.name == first.name && e.components == first.components)
+            .ok_or_else(|| wrong(format!("a piece has no array '{}'", first.name)))?;
+        let converted = decoder.samples(element, points as u64)?;
+        rounded |= converted.rounded;
+        covered = covered.saturating_add(points);
+        parts.push((part, low, converted.samples));
+    }
+    if let [(part, _, _)] = &parts[..]
+        && part == whole
+    {
+        let (_, _, samples) = parts.remove(0);
+        return Ok((samples, rounded));
+    }
+    let points = whole.count().unwrap_or(usize::MAX);
+    if covered < points {
+        return Err(wrong(format!(
+            "pieces with {covered} samples where {points} are needed"
+        )));
+    }
+    let components = first.components as usize;
+    let mut all = Samples::F32(vec![f32::NAN; points * components]);
+    if let Some((_, _, Samples::U8(_))) = parts.first() {
+        all = Samples::U8(vec![0; points * components]);
+    } else if let Some((_, _, Samples::U16(_))) = parts.first() {
+        all = Samples::U16(vec![0; points * components]);
+    } else if let Some((_, _, Samples::I16(_))) = parts.first() {
+        all = Samples::I16(vec![0; points * components]);
+    }
+    for (part, low, samples) in &parts {
+        let placed = match (&mut all, samples) {
+            (Samples::U8(a), Samples::U8(b)) => place(a, whole, b, part, *low, components),
+            (Samples::U16(a), Samples::U16(b)) => place(a, whole, b, part, *low, components),
+            (Samples::I16(a), Samples::I16(b)) => place(a, whole, b, part, *low, components),
+            (Samples::F32(a), Samples::F32(b)) => place(a, whole, b, part, *low, components),
+            _ => false,
+        };
+        if !placed {
+            return Err(wrong(format!("array '{}' changes its type", first.name)));
+        }
+    }
+    Ok((all, rounded))
+}
+
+/// Copies the rows of a part to where they belong; true.
+fn place<T: Copy>(
+    all: &mut [T],
+    whole: &Box3,
+    part: &[T],
+    of: &Box3,
+    low: [usize; 3],
+    components: usize,
+) -> bool {
+    let row = of.size[0] * components;
+    for (i, from) in part.chunks_exact(row.max(1)).enumerate() {
+        let (y, z) = (low[1] + i % of.size[1], low[2] + i / of.size[1]);
+        let start = (low[0] + whole.size[0] * (y + whole.size[1] * z)) * components;
+        all[start..start + row].copy_from_slice(from);
+    }
+    true
+}
+
+/// Makes hidden samples NaN, which is transparent.
+fn hide(
+    fields: &mut [(bool, GridField)],
+    ghosts: &Samples,
+    association: Association,
+    notes: &mut Vec<String>,
+) {
+    let mark = HIDDEN[usize::from(association == Association::Cell)];
+    let hidden = |i: usize| ghosts.get(i) as u8 & mark != 0;
+    let number = (0..ghosts.len()).filter(|i| hidden(*i)).count();
+    if number == 0 {
+        return;
+    }
+    notes.push(format!(
+        "{} hidden by vtkGhostType",
+        count(number as u64, "sample")
+    ));
+    for (_, field) in fields {
+        if let FieldSamples::Loaded(samples) = &mut field.samples {
+            let values = (0..samples.len()).map(|i| match hidden(i) {
+                true => f32::NAN,
+                false => samples.get(i) as f32,
+            });
+            *samples = Samples::F32(values.collect());
+        }
+    }
+}
