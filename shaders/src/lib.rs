@@ -155,8 +155,33 @@ pub mod raycast_peel {
     );
 }
 
+/// Ray casting a step a pass (`ping_pong` of `tetrascope-raycast-peel`).
+pub mod ping_pong {
+    /// Phases 1 and 2: where rays come in.
+    pub const ENTRY: &str = program!("ping_pong/rays.wgsl", "ping_pong/entry.wgsl");
+    /// Phase 3a: one cell, integrated in closed form.
+    pub const STEP: &str = program!(
+        "ping_pong/rays.wgsl",
+        "common/optics_model.wgsl",
+        "common/transfer_function.wgsl",
+        "common/optics.wgsl",
+        "ping_pong/closed_form.wgsl",
+        "ping_pong/step.wgsl",
+    );
+    /// Phase 3b: retire idle rays.
+    pub const RETIRE: &str = program!("ping_pong/rays.wgsl", "ping_pong/retire.wgsl");
+    /// How many rays a layer lost.
+    pub const TALLY: &str = program!("ping_pong/rays.wgsl", "ping_pong/tally.wgsl");
+    /// Phase 4: over the background.
+    pub const DISPLAY: &str = program!(
+        "ping_pong/rays.wgsl",
+        "common/optics_model.wgsl",
+        "ping_pong/display.wgsl",
+    );
+}
+
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 16] = [
+pub const PROGRAMS: [(&str, &str); 21] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -173,6 +198,11 @@ pub const PROGRAMS: [(&str, &str); 16] = [
     ("slicing::SLICE_SIGNED", slicing::SLICE_SIGNED),
     ("slicing::SLICE_FILTERED", slicing::SLICE_FILTERED),
     ("raycast_peel::MARCH", raycast_peel::MARCH),
+    ("ping_pong::ENTRY", ping_pong::ENTRY),
+    ("ping_pong::STEP", ping_pong::STEP),
+    ("ping_pong::RETIRE", ping_pong::RETIRE),
+    ("ping_pong::TALLY", ping_pong::TALLY),
+    ("ping_pong::DISPLAY", ping_pong::DISPLAY),
 ];
 
 #[cfg(test)]

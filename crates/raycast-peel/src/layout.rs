@@ -50,21 +50,11 @@ impl Layout {
     /// Lays `mesh` out.
     pub(crate) fn new(mesh: &TetMesh, locality: Locality) -> Layout {
         let tetrahedra = mesh.tetrahedra();
-        let (cell_order, vertex_order) = match locality {
-            Locality::AsGiven => (
-                (0..tetrahedra.len() as u32).collect(),
-                (0..mesh.points().len() as u32).collect(),
-            ),
-            Locality::Morton => {
-                let centers =
-                    |cell: u32| mesh.cell_points(cell as usize).iter().sum::<DVec3>() / 4.0;
-                (
-                    morton_order(mesh, tetrahedra.len(), centers),
-                    morton_order(mesh, mesh.points().len(), |point| {
-                        mesh.points()[point as usize]
-                    }),
-                )
-            }
+        let cell_order = cell_order(mesh, locality);
+        let point = |point: u32| mesh.points()[point as usize];
+        let vertex_order: Vec<u32> = match locality {
+            Locality::AsGiven => (0..mesh.points().len() as u32).collect(),
+            Locality::Morton => morton_order(mesh, mesh.points().len(), point),
         };
         let cell_at = inverse(&cell_order);
         let vertex_at = inverse(&vertex_order);
@@ -93,6 +83,15 @@ impl Layout {
     }
 }
 
+/// The mesh's own number of each cell, in the order in which they are to lie in memory.
+pub(crate) fn cell_order(mesh: &TetMesh, locality: Locality) -> Vec<u32> {
+    let center = |cell: u32| mesh.cell_points(cell as usize).iter().sum::<DVec3>() / 4.0;
+    match locality {
+        Locality::AsGiven => (0..mesh.cell_count() as u32).collect(),
+        Locality::Morton => morton_order(mesh, mesh.cell_count(), center),
+    }
+}
+
 /// The corners 0…3 by increasing vertex id.
 fn by_id(ids: [u32; 4]) -> [usize; 4] {
     let mut corners = [0, 1, 2, 3];
@@ -107,7 +106,8 @@ fn face_opposite(ids: [u32; 4], corner: usize) -> [u32; 3] {
     face
 }
 
-fn inverse(order: &[u32]) -> Vec<u32> {
+/// Where each number lies in `order`.
+pub(crate) fn inverse(order: &[u32]) -> Vec<u32> {
     let mut places = vec![0; order.len()];
     for (place, &old) in order.iter().enumerate() {
         places[old as usize] = place as u32;

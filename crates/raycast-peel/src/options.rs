@@ -1,22 +1,62 @@
 //! What can be chosen.
 
+use tetrascope_core::Error;
+
 pub use crate::layout::Locality;
 
 /// How rays are cast.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RaycastOptions {
+    /// How many of a ray's steps one pass takes.
+    pub passes: Passes,
     /// The opacity at which a ray stops, in (0, 1]: what lies behind then adds less
     /// than 1 − this of its light. 1 is exact; the paper stops at 0.95.
     pub stop_opacity: f32,
     /// In which order the mesh lies in memory.
     pub locality: Locality,
+    /// Tiles along each side of the image, 1 to 8. [`Passes::PingPong`] only.
+    pub tiles: u32,
+    /// Passes between two occlusion queries, at least 1; the paper's k.
+    /// [`Passes::PingPong`] only.
+    pub query_interval: u32,
+    /// By how much a layer of boundary faces must lie behind the one before, in parts
+    /// of the mesh's greatest extent, 0 or more. [`Passes::PingPong`] only.
+    ///
+    /// The paper has 0.1 in its meshes' own unit: 0.0045 of the Blunt Fin's extent.
+    /// What is thinner than this, between two entries of a ray, is not seen.
+    pub peel_bias: f32,
 }
+
+/// How many of a ray's steps one pass takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passes {
+    /// All of them: one dispatch follows each ray to its end.
+    Single,
+    /// One, as published: each pass reads what the last one wrote, and the boundary is
+    /// peeled layer by layer.
+    PingPong,
+}
+
+impl Passes {
+    /// Every way, with its name in settings.
+    pub const ALL: [(&'static str, Passes); 2] =
+        [("single", Passes::Single), ("ping-pong", Passes::PingPong)];
+}
+
+/// The most tiles along a side of the image.
+pub const MAX_TILES: u32 = 8;
 
 impl Default for RaycastOptions {
     fn default() -> RaycastOptions {
         RaycastOptions {
+            passes: Passes::Single,
             stop_opacity: 1.0,
             locality: Locality::Morton,
+            tiles: 4,
+            query_interval: 8,
+            // λ of a plane is a quotient of sums of three products of numbers up to 4: each
+            // term rounds by 2⁻²², so steep faces err by less than 2⁻¹⁹ of half an extent.
+            peel_bias: 1.0 / (1 << 19) as f32,
         }
     }
 }
@@ -27,5 +67,34 @@ impl RaycastOptions {
     /// At 100 transmittance is 4e-44, which f32 cannot tell from 0.
     pub(crate) fn stop_depth(&self) -> f32 {
         (-(-self.stop_opacity).ln_1p()).min(100.0)
+    }
+
+    /// Refuses what is out of range.
+    pub(crate) fn validate(&self) -> Result<(), Error> {
+        let wrong = |what: String, help: &str| {
+            Err(Error::Invalid {
+                what,
+                help: Some(help.into()),
+            })
+        };
+        if !(self.stop_opacity > 0.0 && self.stop_opacity <= 1.0) {
+            let what = format!("a stop opacity of {}", self.stop_opacity);
+            return wrong(what, "give more than 0 and at most 1, which is exact");
+        }
+        if !(1..=MAX_TILES).contains(&self.tiles) {
+            let what = format!("{} tiles along a side", self.tiles);
+            return wrong(what, "give 1 to 8");
+        }
+        if self.query_interval == 0 {
+            return wrong(
+                "an occlusion query every 0 passes".into(),
+                "give at least 1",
+            );
+        }
+        if !(self.peel_bias >= 0.0 && self.peel_bias.is_finite()) {
+            let what = format!("a peel bias of {}", self.peel_bias);
+            return wrong(what, "give 0 or more, in parts of the mesh's extent");
+        }
+        Ok(())
     }
 }

@@ -1,38 +1,56 @@
 //! The renderer, whichever way it takes its steps.
 
-use tetrascope_core::{Appearance, Error, Frame, View, Volume, VolumeRenderer};
+use tetrascope_core::{Abilities, Appearance, Error, Frame, TetMesh, View, Volume, VolumeRenderer};
 use tetrascope_gpu::{Gpu, wgpu};
 
-use crate::options::RaycastOptions;
+use crate::options::{Passes, RaycastOptions};
+use crate::ping_pong::PingPong;
 use crate::single::Single;
 use crate::{ABILITIES, NAME};
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
 pub struct RaycastPeel {
-    single: Single,
+    form: Form,
+}
+
+#[derive(Debug)]
+enum Form {
+    Single(Box<Single>),
+    PingPong(Box<PingPong>),
 }
 
 impl RaycastPeel {
     /// A renderer of `volume`, which must be a mesh.
     ///
     /// # Errors
-    /// A grid is unsupported; a mesh larger than the device's bindings is too large.
+    /// A grid is unsupported; a mesh larger than the device's bindings is too large; an
+    /// option out of its range is invalid.
     pub fn new(
         gpu: &Gpu,
         volume: &Volume,
         appearance: &Appearance,
         options: &RaycastOptions,
     ) -> Result<RaycastPeel, Error> {
-        ABILITIES.check(NAME, appearance)?;
-        Ok(RaycastPeel {
-            single: Single::new(gpu, volume, appearance, options)?,
-        })
+        abilities(options.passes).check(NAME, appearance)?;
+        options.validate()?;
+        let form = match options.passes {
+            Passes::Single => {
+                Form::Single(Box::new(Single::new(gpu, volume, appearance, options)?))
+            }
+            Passes::PingPong => {
+                Form::PingPong(Box::new(PingPong::new(gpu, volume, appearance, options)?))
+            }
+        };
+        Ok(RaycastPeel { form })
     }
 
-    /// Bytes on the device between frames, the image not counted.
+    /// Bytes on the device between frames, images and traversal state not counted.
     pub fn bytes_resident(&self) -> u64 {
-        self.single.bytes_resident()
+        match &self.form {
+            Form::Single(single) => single.bytes_resident(),
+            Form::PingPong(ping_pong) => ping_pong.bytes_resident(),
+        }
     }
 
     /// Records one frame into `image`, an Rgba32Float storage texture, and where there are
@@ -42,6 +60,9 @@ impl RaycastPeel {
     ///
     /// # Errors
     /// A view that is no view, and more pairs of tile and boundary face than 32 bits count.
+    /// [`Passes::PingPong`] is unsupported: how many passes a frame takes is known only from
+    /// occlusion queries that the CPU reads in between, and a bound that needs none, the
+    /// number of cells, is hundreds of times what rays take.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -49,21 +70,62 @@ impl RaycastPeel {
         image: &wgpu::TextureView,
         depths: Option<&wgpu::TextureView>,
     ) -> Result<wgpu::Buffer, Error> {
-        self.single.encode(encoder, view, image, depths)
+        match &self.form {
+            Form::Single(single) => single.encode(encoder, view, image, depths),
+            Form::PingPong(_) => Err(Error::Unsupported {
+                renderer: NAME,
+                what: "a step a pass into the caller's encoder".into(),
+                reason: "the CPU reads between passes whether rays are left".into(),
+            }),
+        }
     }
 }
 
 impl VolumeRenderer for RaycastPeel {
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
-        self.single.reload(volume)
+        match &mut self.form {
+            Form::Single(single) => single.reload(volume),
+            Form::PingPong(ping_pong) => ping_pong.reload(volume),
+        }
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        ABILITIES.check(NAME, appearance)?;
-        self.single.restyle(appearance)
+        match &mut self.form {
+            Form::Single(single) => {
+                abilities(Passes::Single).check(NAME, appearance)?;
+                single.restyle(appearance)
+            }
+            Form::PingPong(ping_pong) => {
+                abilities(Passes::PingPong).check(NAME, appearance)?;
+                ping_pong.restyle(appearance)
+            }
+        }
     }
 
     fn render(&self, view: &View) -> Result<Frame, Error> {
-        self.single.render(view)
+        match &self.form {
+            Form::Single(single) => single.render(view),
+            Form::PingPong(ping_pong) => ping_pong.render(view),
+        }
+    }
+}
+
+/// What is drawn beyond the volumetric optical models, which the paper ends with.
+fn abilities(passes: Passes) -> Abilities {
+    match passes {
+        Passes::Single => ABILITIES,
+        Passes::PingPong => Abilities::default(),
+    }
+}
+
+/// The mesh of `volume`.
+pub(crate) fn tetrahedra(volume: &Volume) -> Result<&TetMesh, Error> {
+    match volume {
+        Volume::Mesh(mesh) => Ok(mesh),
+        _ => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "a grid".into(),
+            reason: "it walks from tetrahedron to tetrahedron".into(),
+        }),
     }
 }

@@ -19,12 +19,13 @@ use crate::gpu_data::{Counters, March};
 use crate::layout::Layout;
 use crate::options::{Locality, RaycastOptions};
 use crate::rays::Rays;
+use crate::renderer::tetrahedra;
 use crate::tiles::{TILE, Tiles};
 
 /// In place of a scalar that is not a number, as WGSL promises nothing for NaN.
 /// Mapped scalars stay below 10³⁰; the shader takes anything from 10³⁴ on for this,
 /// so it still shows where a face's weights reduce it.
-const TRANSPARENT_SCALAR: f32 = 1e38;
+pub(crate) const TRANSPARENT_SCALAR: f32 = 1e38;
 
 /// What the shader writes for a ray that meets no surface: infinity is nothing to count on.
 const NO_SURFACE: f32 = 3e38;
@@ -175,7 +176,8 @@ impl Style {
     }
 }
 
-fn longest_edge(mesh: &TetMesh, normalization: &Normalization) -> f32 {
+/// The greatest edge of `mesh`, normalized.
+pub(crate) fn longest_edge(mesh: &TetMesh, normalization: &Normalization) -> f32 {
     let edges = |cell| {
         let [a, b, c, d]: [DVec3; 4] = mesh.cell_points(cell);
         let squares = [a - b, a - c, a - d, b - c, b - d, c - d].map(DVec3::length_squared);
@@ -186,7 +188,7 @@ fn longest_edge(mesh: &TetMesh, normalization: &Normalization) -> f32 {
 }
 
 /// A bound of the optical depth of a cell; what only deeper ones need is not compiled.
-fn deepest(intervals: &[Interval], longest_edge: f32) -> f64 {
+pub(crate) fn deepest(intervals: &[Interval], longest_edge: f32) -> f64 {
     let extinctions = intervals.iter().flat_map(|i| [i.at_low[3], i.at_high[3]]);
     let greatest = f64::from(extinctions.fold(0.0, f32::max));
     // Lengths and depths are rounded on the way.
@@ -364,17 +366,6 @@ impl Single {
             padding_1: 0,
             padding_2: 0,
         }
-    }
-}
-
-fn tetrahedra(volume: &Volume) -> Result<&TetMesh, Error> {
-    match volume {
-        Volume::Mesh(mesh) => Ok(mesh),
-        _ => Err(Error::Unsupported {
-            renderer: "raycast-peel",
-            what: "a grid".into(),
-            reason: "it walks from tetrahedron to tetrahedron".into(),
-        }),
     }
 }
 

@@ -1,0 +1,123 @@
+//! As published: a step a pass, and the boundary peeled layer by layer.
+//!
+//! 1. [`mesh`] packs the mesh into three textures (section 4.1, figure 8).
+//! 2. [`tiles`] cuts the image (3.3).
+//! 3. [`passes`] records each phase (4.2, figure 7).
+//! 4. [`frame`] runs them until no ray is left: it waits for occlusion queries.
+
+mod frame;
+mod gpu_data;
+mod mesh;
+mod passes;
+mod tiles;
+
+use tetrascope_core::mesh::Association;
+use tetrascope_core::{Appearance, Error, View, Volume, VolumeRenderer};
+use tetrascope_gpu::passes::model_constant;
+use tetrascope_gpu::transfer_function::intervals;
+use tetrascope_gpu::wgpu::{self, BufferUsages};
+use tetrascope_gpu::{Gpu, ScalarMap};
+
+use crate::options::RaycastOptions;
+use crate::renderer::tetrahedra;
+use crate::single::deepest;
+use mesh::Mesh;
+use passes::{Passes, StyledPasses};
+
+/// Pipelines and the uploaded mesh.
+#[derive(Debug)]
+pub(crate) struct PingPong {
+    gpu: Gpu,
+    options: RaycastOptions,
+    passes: Passes,
+    mesh: Mesh,
+    style: Style,
+}
+
+/// What `restyle` changes.
+#[derive(Debug)]
+struct Style {
+    appearance: Appearance,
+    passes: StyledPasses,
+    intervals: wgpu::Buffer,
+}
+
+impl Style {
+    fn new(
+        gpu: &Gpu,
+        passes: &Passes,
+        mesh: &Mesh,
+        appearance: &Appearance,
+    ) -> Result<Style, Error> {
+        let intervals = intervals(
+            &appearance.transfer_function,
+            &mesh.scalar_map,
+            &mesh.normalization,
+        );
+        let per_cell = mesh.source.scalars().association == Association::Cell;
+        let model = model_constant(appearance.optical_model);
+        let constants = [
+            model,
+            ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
+            ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
+        ];
+        Ok(Style {
+            appearance: appearance.clone(),
+            passes: passes.styled(gpu, &constants, &[model])?,
+            intervals: gpu.upload("ping-pong::intervals", &intervals, BufferUsages::STORAGE)?,
+        })
+    }
+}
+
+impl PingPong {
+    pub(crate) fn new(
+        gpu: &Gpu,
+        volume: &Volume,
+        appearance: &Appearance,
+        options: &RaycastOptions,
+    ) -> Result<PingPong, Error> {
+        let map = ScalarMap::of(&appearance.transfer_function);
+        let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options.locality)?;
+        let passes = Passes::new(gpu)?;
+        Ok(PingPong {
+            style: Style::new(gpu, &passes, &mesh, appearance)?,
+            passes,
+            mesh,
+            gpu: gpu.clone(),
+            options: *options,
+        })
+    }
+
+    pub(crate) fn bytes_resident(&self) -> u64 {
+        self.mesh.bytes() + self.style.intervals.size()
+    }
+}
+
+impl VolumeRenderer for PingPong {
+    fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+        let source = tetrahedra(volume)?;
+        let same_kind = source.scalars().association == self.mesh.source.scalars().association;
+        if source.shares_geometry(&self.mesh.source) && same_kind {
+            self.mesh.source = source.clone();
+            return self.mesh.write_scalars(&self.gpu);
+        }
+        let map = ScalarMap::of(&self.style.appearance.transfer_function);
+        let mesh = Mesh::new(&self.gpu, source, map, self.options.locality)?;
+        self.style = Style::new(&self.gpu, &self.passes, &mesh, &self.style.appearance)?;
+        self.mesh = mesh;
+        Ok(())
+    }
+
+    fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        if !self.mesh.scalar_map.suits(&appearance.transfer_function) {
+            self.mesh.scalar_map = ScalarMap::of(&appearance.transfer_function);
+            self.mesh.write_scalars(&self.gpu)?;
+        }
+        self.style = Style::new(&self.gpu, &self.passes, &self.mesh, appearance)?;
+        Ok(())
+    }
+
+    fn render(&self, view: &View) -> Result<tetrascope_core::Frame, Error> {
+        self.draw(view)
+    }
+}

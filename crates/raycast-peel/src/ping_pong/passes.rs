@@ -1,0 +1,447 @@
+//! The passes (the paper's section 4.2 and figure 7), one function for each phase.
+
+use tetrascope_core::Error;
+use tetrascope_gpu::Gpu;
+use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, layout, module, pipeline_layout};
+use tetrascope_gpu::wgpu::{
+    self, BindGroup, BindGroupLayout, BindingType, Color, CompareFunction, LoadOp, Operations,
+    RenderPipeline, ShaderStages, StoreOp, TextureFormat, TextureView,
+};
+use tetrascope_shaders::ping_pong::{DISPLAY, ENTRY, RETIRE, STEP, TALLY};
+
+use super::mesh::BoundaryCorner;
+use super::tiles::Tile;
+
+/// Of traversal state, layers and the image.
+pub(super) const TEXELS: TextureFormat = TextureFormat::Rgba32Float;
+/// Of both depth buffers.
+pub(super) const DEPTHS: TextureFormat = TextureFormat::Depth32Float;
+
+const TEXTURE: BindingType = BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+    view_dimension: wgpu::TextureViewDimension::D2,
+    multisampled: false,
+};
+
+/// What does not depend on appearance.
+#[derive(Debug)]
+pub(super) struct Passes {
+    pub(super) frame_layout: BindGroupLayout,
+    pub(super) mesh_layout: BindGroupLayout,
+    pub(super) before_layout: BindGroupLayout,
+    pub(super) traversal_layout: BindGroupLayout,
+    pub(super) tally_layout: BindGroupLayout,
+    pub(super) integration_layout: BindGroupLayout,
+    entry: RenderPipeline,
+    inside: RenderPipeline,
+    retire: RenderPipeline,
+    query: RenderPipeline,
+    tally: wgpu::ComputePipeline,
+}
+
+/// What depends on it.
+#[derive(Debug)]
+pub(super) struct StyledPasses {
+    step: RenderPipeline,
+    display: RenderPipeline,
+}
+
+/// A render pipeline's parts that differ.
+struct Parts<'a> {
+    label: &'static str,
+    layout: &'a wgpu::PipelineLayout,
+    module: &'a wgpu::ShaderModule,
+    vertex: &'static str,
+    fragment: Option<&'static str>,
+    constants: &'a [(&'static str, f64)],
+    buffers: &'a [Option<wgpu::VertexBufferLayout<'static>>],
+    targets: usize,
+    /// Comparison, and whether depths are written.
+    depth: Option<(CompareFunction, bool)>,
+    cull_mode: Option<wgpu::Face>,
+}
+
+impl Parts<'_> {
+    fn pipeline(&self, gpu: &Gpu) -> RenderPipeline {
+        let targets = vec![Some(TEXELS.into()); self.targets];
+        gpu.device()
+            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(self.label),
+                layout: Some(self.layout),
+                vertex: wgpu::VertexState {
+                    module: self.module,
+                    entry_point: Some(self.vertex),
+                    compilation_options: Default::default(),
+                    buffers: self.buffers,
+                },
+                primitive: wgpu::PrimitiveState {
+                    cull_mode: self.cull_mode,
+                    ..Default::default()
+                },
+                depth_stencil: self.depth.map(|(compare, write)| wgpu::DepthStencilState {
+                    format: DEPTHS,
+                    depth_write_enabled: Some(write),
+                    depth_compare: Some(compare),
+                    stencil: Default::default(),
+                    bias: Default::default(),
+                }),
+                multisample: Default::default(),
+                fragment: self.fragment.map(|entry| wgpu::FragmentState {
+                    module: self.module,
+                    entry_point: Some(entry),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        constants: self.constants,
+                        ..Default::default()
+                    },
+                    targets: &targets,
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+    }
+}
+
+impl Passes {
+    pub(super) fn new(gpu: &Gpu) -> Result<Passes, Error> {
+        gpu.checked("ping-pong", 0, || {
+            let all = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
+            let frame_layout = layout(gpu, "ping-pong::frame", all, &[UNIFORM]);
+            let fragment = ShaderStages::FRAGMENT;
+            let mesh_layout = layout(gpu, "ping-pong::mesh", fragment, &[TEXTURE; 3]);
+            let before_layout = layout(gpu, "ping-pong::before", fragment, &[TEXTURE]);
+            let traversal_layout = layout(gpu, "ping-pong::traversal", fragment, &[TEXTURE; 2]);
+            let compute = ShaderStages::COMPUTE;
+            let tally_layout = layout(
+                gpu,
+                "ping-pong::tally",
+                compute,
+                &[TEXTURE, TEXTURE, TEXTURE, WRITE],
+            );
+            let integration_layout = layout(gpu, "ping-pong::integration", fragment, &[READ]);
+            let with = |last: &BindGroupLayout| {
+                pipeline_layout(gpu, "ping-pong", &[&frame_layout, &mesh_layout, last])
+            };
+            let entry_module = module(gpu, "ping-pong::entry", ENTRY);
+            let retire_module = module(gpu, "ping-pong::retire", RETIRE);
+            let entry = Parts {
+                label: "ping-pong::entry",
+                layout: &with(&before_layout),
+                module: &entry_module,
+                vertex: "vs_entry",
+                fragment: Some("fs_entry"),
+                constants: &[],
+                buffers: &[Some(BoundaryCorner::LAYOUT)],
+                targets: 1,
+                depth: Some((CompareFunction::Greater, true)),
+                cull_mode: Some(wgpu::Face::Back),
+            };
+            let inside = Parts {
+                label: "ping-pong::inside",
+                vertex: "vs_inside",
+                fragment: Some("fs_inside"),
+                buffers: &[],
+                depth: Some((CompareFunction::Always, false)),
+                cull_mode: None,
+                ..entry
+            };
+            let retire = Parts {
+                label: "ping-pong::retire",
+                layout: &with(&traversal_layout),
+                module: &retire_module,
+                vertex: "vs_retire",
+                fragment: Some("fs_retire"),
+                targets: 0,
+                depth: Some((CompareFunction::Always, true)),
+                ..inside
+            };
+            let query = Parts {
+                label: "ping-pong::query",
+                vertex: "vs_query",
+                fragment: None,
+                depth: Some((CompareFunction::Less, false)),
+                ..retire
+            };
+            let tally_pipelines = [&frame_layout, &mesh_layout, &tally_layout];
+            let tally = gpu
+                .device()
+                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some("ping-pong::tally"),
+                    layout: Some(&pipeline_layout(gpu, "ping-pong::tally", &tally_pipelines)),
+                    module: &module(gpu, "ping-pong::tally", TALLY),
+                    entry_point: Some("cs_tally"),
+                    compilation_options: Default::default(),
+                    cache: None,
+                });
+            Passes {
+                entry: entry.pipeline(gpu),
+                inside: inside.pipeline(gpu),
+                retire: retire.pipeline(gpu),
+                query: query.pipeline(gpu),
+                tally,
+                frame_layout,
+                mesh_layout,
+                before_layout,
+                traversal_layout,
+                tally_layout,
+                integration_layout,
+            }
+        })
+    }
+
+    /// The passes that know the appearance, with the constants of their programs.
+    pub(super) fn styled(
+        &self,
+        gpu: &Gpu,
+        step: &[(&'static str, f64)],
+        display: &[(&'static str, f64)],
+    ) -> Result<StyledPasses, Error> {
+        let groups = [
+            &self.frame_layout,
+            &self.mesh_layout,
+            &self.traversal_layout,
+            &self.integration_layout,
+        ];
+        gpu.checked("ping-pong::step", 0, || {
+            let step = Parts {
+                label: "ping-pong::step",
+                layout: &pipeline_layout(gpu, "ping-pong::step", &groups),
+                module: &module(gpu, "ping-pong::step", STEP),
+                vertex: "vs_step",
+                fragment: Some("fs_step"),
+                constants: step,
+                buffers: &[],
+                targets: 2,
+                depth: Some((CompareFunction::Less, false)),
+                cull_mode: None,
+            }
+            .pipeline(gpu);
+            let display = Parts {
+                label: "ping-pong::display",
+                layout: &pipeline_layout(gpu, "ping-pong::display", &groups[..3]),
+                module: &module(gpu, "ping-pong::display", DISPLAY),
+                vertex: "vs_display",
+                fragment: Some("fs_display"),
+                constants: display,
+                buffers: &[],
+                targets: 1,
+                depth: None,
+                cull_mode: None,
+            }
+            .pipeline(gpu);
+            StyledPasses { step, display }
+        })
+    }
+
+    /// Phases 1 and 2: one layer of boundary front faces, behind the layer in `before`.
+    pub(super) fn record_entry(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        groups: [&BindGroup; 3],
+        boundary: (&wgpu::Buffer, u32),
+        layer: &TextureView,
+        depths: &TextureView,
+    ) {
+        let mut pass = begin(
+            encoder,
+            "ping-pong::entry",
+            &[(layer, LoadOp::Clear(NOTHING))],
+            Some(depth_attachment(depths, LoadOp::Clear(0.0))),
+            None,
+        );
+        pass.set_pipeline(&self.entry);
+        set(&mut pass, &groups);
+        pass.set_vertex_buffer(0, boundary.0.slice(..));
+        pass.draw(0..boundary.1, 0..1);
+    }
+
+    /// In place of phase 1 where the eye is in a cell.
+    pub(super) fn record_inside(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        groups: [&BindGroup; 3],
+        layer: &TextureView,
+        depths: &TextureView,
+    ) {
+        let mut pass = begin(
+            encoder,
+            "ping-pong::inside",
+            &[(layer, LoadOp::Clear(NOTHING))],
+            Some(depth_attachment(depths, LoadOp::Clear(0.0))),
+            None,
+        );
+        pass.set_pipeline(&self.inside);
+        set(&mut pass, &groups);
+        pass.draw(0..3, 0..1);
+    }
+
+    /// Phase 3b: retires the idle rays of `tiles` and asks for each whether rays are left.
+    pub(super) fn record_retire(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        groups: [&BindGroup; 3],
+        tiles: &[Tile],
+        retired: (&TextureView, LoadOp<f32>),
+        queries: &wgpu::QuerySet,
+    ) {
+        let mut pass = begin(
+            encoder,
+            "ping-pong::retire",
+            &[],
+            Some(depth_attachment(retired.0, retired.1)),
+            Some(queries),
+        );
+        set(&mut pass, &groups);
+        for (pipeline, asks) in [(&self.retire, false), (&self.query, true)] {
+            pass.set_pipeline(pipeline);
+            for (index, tile) in (0..).zip(tiles) {
+                pass.set_scissor_rect(tile.x, tile.y, tile.width, tile.height);
+                if asks {
+                    pass.begin_occlusion_query(index);
+                }
+                pass.draw(0..3, 0..1);
+                if asks {
+                    pass.end_occlusion_query();
+                }
+            }
+        }
+    }
+
+    /// Counts the rays that a layer lost.
+    pub(super) fn record_tally(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        groups: [&BindGroup; 3],
+        (width, height): (u32, u32),
+    ) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("ping-pong::tally"),
+            timestamp_writes: None,
+        });
+        pass.set_pipeline(&self.tally);
+        for (index, group) in (0..).zip(groups) {
+            pass.set_bind_group(index, group, &[]);
+        }
+        pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
+    }
+}
+
+impl StyledPasses {
+    /// Phase 3a: one step of the rays in `tiles`, into `state` and `color`.
+    pub(super) fn record_step(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        groups: [&BindGroup; 4],
+        tiles: &[Tile],
+        [state, color]: [&TextureView; 2],
+        retired: &TextureView,
+    ) {
+        let mut pass = begin(
+            encoder,
+            "ping-pong::step",
+            &[(state, LoadOp::Load), (color, LoadOp::Load)],
+            Some(wgpu::RenderPassDepthStencilAttachment {
+                view: retired,
+                depth_ops: None, // only read
+                stencil_ops: None,
+            }),
+            None,
+        );
+        pass.set_pipeline(&self.step);
+        set(&mut pass, &groups);
+        for tile in tiles {
+            pass.set_scissor_rect(tile.x, tile.y, tile.width, tile.height);
+            pass.draw(0..3, 0..1);
+        }
+    }
+
+    /// Phase 4.
+    pub(super) fn record_display(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        groups: [&BindGroup; 3],
+        image: &TextureView,
+    ) {
+        let clear = LoadOp::Clear(Color::TRANSPARENT);
+        let mut pass = begin(encoder, "ping-pong::display", &[(image, clear)], None, None);
+        pass.set_pipeline(&self.display);
+        set(&mut pass, &groups);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+/// A layer where nothing comes in: no cell, and behind everything, so that no later
+/// layer is behind it.
+const NOTHING: Color = Color {
+    r: -1.0,
+    g: -1.0,
+    b: 1e30,
+    a: 0.0,
+};
+
+/// What is before the first layer: no cell, and before everything.
+pub(super) const BEFORE: Color = Color {
+    b: -1e30,
+    ..NOTHING
+};
+
+/// Sets every texel.
+pub(super) fn record_clear(encoder: &mut wgpu::CommandEncoder, view: &TextureView, color: Color) {
+    let clear = LoadOp::Clear(color);
+    drop(begin(
+        encoder,
+        "ping-pong::clear",
+        &[(view, clear)],
+        None,
+        None,
+    ));
+}
+
+fn set(pass: &mut wgpu::RenderPass, groups: &[&BindGroup]) {
+    for (index, group) in (0..).zip(groups) {
+        pass.set_bind_group(index, *group, &[]);
+    }
+}
+
+fn depth_attachment(
+    view: &TextureView,
+    load: LoadOp<f32>,
+) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(Operations {
+            load,
+            store: StoreOp::Store,
+        }),
+        stencil_ops: None,
+    }
+}
+
+fn begin<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    label: &str,
+    targets: &[(&TextureView, LoadOp<Color>)],
+    depths: Option<wgpu::RenderPassDepthStencilAttachment>,
+    queries: Option<&wgpu::QuerySet>,
+) -> wgpu::RenderPass<'a> {
+    let attachments: Vec<_> = targets
+        .iter()
+        .map(|&(view, load)| {
+            Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: Operations {
+                    load,
+                    store: StoreOp::Store,
+                },
+            })
+        })
+        .collect();
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &attachments,
+        depth_stencil_attachment: depths,
+        occlusion_query_set: queries,
+        ..Default::default()
+    })
+}

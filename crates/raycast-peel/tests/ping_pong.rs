@@ -1,0 +1,491 @@
+//! A step a pass, as published, against one dispatch.
+
+use tetrascope_core::glam::{DVec2, DVec3};
+use tetrascope_core::mesh::{Association, FACES};
+use tetrascope_core::{
+    Appearance, Camera, CameraFit, Error, Frame, Knot, OpticalModel, Projection, Scalars, TetMesh,
+    TransferFunction, View, Volume, VolumeRenderer as _,
+};
+use tetrascope_datasets::{Options, find};
+use tetrascope_gpu::{Gpu, testing};
+use tetrascope_raycast_peel::{Passes, RaycastOptions, RaycastPeel};
+
+const SIDE: u32 = 40;
+
+fn scene(name: &str, cells: u64) -> (Volume, Appearance) {
+    let dataset = find(name).expect("a data set");
+    let options = Options {
+        cells: Some(cells),
+        ..Options::default()
+    };
+    let volume = Volume::Mesh(dataset.mesh(&options).expect("a mesh"));
+    let scene = dataset.scene().resolve(&volume).expect("a scene");
+    (volume, scene.appearance)
+}
+
+fn view(camera: Camera) -> View {
+    View {
+        camera,
+        width: SIDE,
+        height: SIDE,
+        background: [0.1, 0.2, 0.3, 0.5],
+    }
+}
+
+fn fitted(volume: &Volume, from: CameraFit, orthographic: bool) -> View {
+    view(Camera::fit(&volume.bounds(), from, orthographic, 1.0))
+}
+
+fn ping_pong() -> RaycastOptions {
+    RaycastOptions {
+        passes: Passes::PingPong,
+        ..RaycastOptions::default()
+    }
+}
+
+fn draw(
+    gpu: &Gpu,
+    volume: &Volume,
+    appearance: &Appearance,
+    options: &RaycastOptions,
+    view: &View,
+) -> Frame {
+    let renderer = RaycastPeel::new(gpu, volume, appearance, options).expect("a mesh");
+    renderer.render(view).expect("a frame")
+}
+
+/// RMSE over the pixels that are not listed, and the pixels that differ by more than
+/// `outlier` in a channel.
+fn difference(a: &Frame, b: &Frame, outlier: f64) -> (f64, Vec<usize>) {
+    let mut outliers = Vec::new();
+    let mut sum = 0.0;
+    for (pixel, (a, b)) in a.pixels.iter().zip(&b.pixels).enumerate() {
+        let errors = [0, 1, 2, 3].map(|c| f64::from(a[c] - b[c]).abs());
+        if errors.iter().any(|&e| e > outlier) {
+            outliers.push(pixel);
+        } else {
+            sum += errors.iter().map(|e| e * e).sum::<f64>();
+        }
+    }
+    ((sum / (4 * a.pixels.len()) as f64).sqrt(), outliers)
+}
+
+/// The distance from a pixel's center to the nearest edge of the boundary on the
+/// image, pixels.
+fn distance_to_edge(volume: &Volume, view: &View, pixel: usize) -> f64 {
+    let Volume::Mesh(mesh) = volume else {
+        panic!("a mesh")
+    };
+    let (right, up, forward) = view.camera.axes();
+    let side = f64::from(SIDE);
+    let on_image = |point: DVec3| {
+        let p = point - view.camera.position;
+        let half = match view.camera.projection {
+            Projection::Perspective { view_angle } => {
+                let depth = p.dot(forward);
+                if depth <= 0.0 {
+                    return None;
+                }
+                depth * (view_angle.to_radians() / 2.0).tan()
+            }
+            Projection::Orthographic { parallel_scale } => parallel_scale,
+        };
+        let x = p.dot(right) / half;
+        let y = -p.dot(up) / half;
+        Some((DVec2::new(x, y) + 1.0) * side / 2.0)
+    };
+    let center = DVec2::new(
+        (pixel % SIDE as usize) as f64,
+        (pixel / SIDE as usize) as f64,
+    ) + 0.5;
+    let mut least = f64::INFINITY;
+    for &(cell, opposite) in mesh.boundary_faces() {
+        let points = mesh.cell_points(cell as usize);
+        let corners = FACES[usize::from(opposite)].map(|corner| on_image(points[corner]));
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            if let (Some(a), Some(b)) = (corners[a], corners[b]) {
+                let along = (center - a).dot(b - a) / (b - a).length_squared().max(1e-30);
+                let nearest = a + along.clamp(0.0, 1.0) * (b - a);
+                least = least.min(nearest.distance(center));
+            }
+        }
+    }
+    least
+}
+
+fn views(volume: &Volume) -> Vec<(&'static str, View)> {
+    let bounds = volume.bounds();
+    let inside = Camera {
+        position: bounds.center() + bounds.size() * DVec3::new(0.11, 0.13, 0.07),
+        focal_point: bounds.center(),
+        view_up: DVec3::Z,
+        projection: Projection::Perspective { view_angle: 70.0 },
+    };
+    let cut = Camera {
+        projection: Projection::Orthographic {
+            parallel_scale: bounds.diagonal() / 3.0,
+        },
+        ..inside
+    };
+    vec![
+        ("perspective", fitted(volume, CameraFit::PlusIso, false)),
+        ("orthographic", fitted(volume, CameraFit::MinusIso, true)),
+        ("inside", view(inside)),
+        ("orthographic, inside", view(cut)),
+    ]
+}
+
+/// Both forms integrate in the same way; they differ in where a ray crosses a face: by
+/// planes and gradients here, by positive weights there. Either errs by some 2⁻²² of
+/// a chord, which steep transfer functions amplify tenfold: 3e-6.
+const RMSE: f64 = 1e-5;
+
+/// Beyond this a pixel needs another reason than rounding: a grazing ray's chord errs
+/// by 2⁻²² over the sine of its angle.
+const OUTLIER: f64 = 3e-4;
+
+/// The rasterizer snaps vertices to 1/256 of a pixel and each of an edge's two ends by
+/// half of that: whether a ray this close to an edge comes in is its guess.
+const SNAP: f64 = 1.0 / 256.0;
+
+#[test]
+fn a_step_a_pass_agrees_with_one_dispatch() {
+    let Some(gpu) = testing::gpu("a_step_a_pass_agrees_with_one_dispatch") else {
+        return;
+    };
+    for (name, cells) in [
+        ("sphere", 5000),
+        ("heat-sink", 4000),
+        ("torus", 4000),
+        ("delaunay", 2000),
+        ("graded", 3000),
+        ("staircase", 23),
+    ] {
+        let (volume, appearance) = scene(name, cells);
+        for model in OpticalModel::VOLUMETRIC {
+            let appearance = Appearance {
+                optical_model: model,
+                ..appearance.clone()
+            };
+            for (from, view) in views(&volume) {
+                let single = RaycastOptions::default();
+                let single = draw(&gpu, &volume, &appearance, &single, &view);
+                let frame = draw(&gpu, &volume, &appearance, &ping_pong(), &view);
+                let scale = single
+                    .pixels
+                    .iter()
+                    .flatten()
+                    .fold(1.0, |a: f32, b| a.max(*b));
+                let outlier = OUTLIER * f64::from(scale);
+                let (rmse, outliers) = difference(&single, &frame, outlier);
+                let what = format!("{name}, {}, {from}", model.name());
+                println!("{what}: rmse {rmse:.1e} of {scale:.1}, outliers {outliers:?}");
+                assert_eq!(frame.stats.lost_rays, Some(0), "{what}");
+                assert!(rmse <= RMSE * f64::from(scale), "{what}: {rmse:e}");
+                // Of 1600 rays, from where many run along the lattice.
+                assert!(outliers.len() <= 3, "{what}: {outliers:?}");
+                for pixel in outliers {
+                    let near = distance_to_edge(&volume, &view, pixel);
+                    assert!(near <= SNAP, "{what}: pixel {pixel} is {near} from an edge");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn tiles_and_queries_change_work_and_no_pixel() {
+    let Some(gpu) = testing::gpu("tiles_and_queries_change_work_and_no_pixel") else {
+        return;
+    };
+    let (volume, appearance) = scene("torus", 2000);
+    let view = fitted(&volume, CameraFit::PlusIso, false);
+    let with = |tiles, query_interval| {
+        let options = RaycastOptions {
+            tiles,
+            query_interval,
+            ..ping_pong()
+        };
+        draw(&gpu, &volume, &appearance, &options, &view)
+    };
+    let whole = with(1, 1);
+    let pixels = u64::from(SIDE * SIDE);
+    let [least, most] = whole.stats.tile_passes.expect("counted");
+    assert!(least == most && whole.stats.fragments == Some(pixels * most));
+    assert_eq!(
+        (whole.stats.tiles_drawn, whole.stats.tiles_skipped),
+        (Some(1), Some(0))
+    );
+    for (tiles, interval) in [(1, 7), (3, 1), (8, 1), (8, 5)] {
+        let frame = with(tiles, interval);
+        assert!(frame.pixels == whole.pixels, "{tiles} {interval}");
+        let [least, longest] = frame.stats.tile_passes.expect("counted");
+        assert!(longest >= most && longest < most + u64::from(interval));
+        if tiles == 8 {
+            // The corners and the hole show nothing; the rim is done before the middle.
+            assert!(frame.stats.tiles_skipped >= Some(4), "{:?}", frame.stats);
+            assert!(least < longest);
+            let drawn = frame.stats.tiles_drawn.expect("counted");
+            let tile = pixels / 64;
+            let fragments = frame.stats.fragments.expect("counted");
+            // Each tile drawn took between `least` and `longest` steps, and not all the most.
+            assert!(fragments >= drawn * tile * least && fragments < drawn * tile * longest);
+        }
+    }
+}
+
+/// What is recorded but for steps: three clears, the layers' entries with their queries and
+/// tallies, and the display.
+fn overhead(frame: &Frame, entries: u64) -> u64 {
+    3 + 2 * entries + frame.stats.layers.expect("counted") + 1
+}
+
+#[test]
+fn convex_meshes_are_not_peeled() {
+    let Some(gpu) = testing::gpu("convex_meshes_are_not_peeled") else {
+        return;
+    };
+    let (volume, appearance) = scene("sphere", 1000);
+    let options = RaycastOptions {
+        query_interval: 1,
+        ..ping_pong()
+    };
+    let frame = |volume: &Volume, appearance: &Appearance| {
+        let view = fitted(volume, CameraFit::PlusIso, true);
+        draw(&gpu, volume, appearance, &options, &view)
+    };
+    let convex = frame(&volume, &appearance);
+    let [_, most] = convex.stats.tile_passes.expect("counted");
+    // A query after every step.
+    assert_eq!(convex.stats.layers, Some(1));
+    assert_eq!(convex.stats.passes, overhead(&convex, 1) + 2 * most);
+
+    let (volume, appearance) = scene("heat-sink", 1000);
+    let peeled = frame(&volume, &appearance);
+    let layers = peeled.stats.layers.expect("counted");
+    // One more layer is peeled, and found empty.
+    assert!(layers > 1);
+    assert!(peeled.stats.passes >= overhead(&peeled, layers + 1));
+}
+
+#[test]
+fn nothing_to_see_takes_no_step() {
+    let Some(gpu) = testing::gpu("nothing_to_see_takes_no_step") else {
+        return;
+    };
+    let (volume, appearance) = scene("heat-sink", 1000);
+    let mut view = fitted(&volume, CameraFit::PlusIso, false);
+    let away = 2.0 * view.camera.position - view.camera.focal_point;
+    view.camera.focal_point = away;
+    let frame = draw(&gpu, &volume, &appearance, &ping_pong(), &view);
+    assert_eq!(frame.stats.fragments, Some(0));
+    assert_eq!(frame.stats.tiles_drawn, Some(0));
+    assert_eq!(frame.stats.tile_passes, None);
+    assert_eq!(frame.stats.passes, overhead(&frame, 1));
+    let background = view.premultiplied_background().map(|c| c as f32);
+    assert!(frame.pixels.iter().all(|p| *p == background));
+}
+
+/// Two plates with a gap between, each 0.0008 of the extent thick.
+fn plates() -> Volume {
+    let mut points = Vec::new();
+    let mut tetrahedra = Vec::new();
+    for z in [0.0, 0.0016] {
+        let first = points.len() as u32;
+        for i in 0..8 {
+            let corner = [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
+            points.push(DVec3::new(corner[0], corner[1], z + 0.0008 * corner[2]));
+        }
+        // Around the diagonal from corner 0 to 7.
+        for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
+            tetrahedra.push([0, a, b, 7].map(|i| first + i));
+        }
+    }
+    let scalars = Scalars {
+        name: "s".into(),
+        association: Association::Point,
+        values: vec![0.5; points.len()],
+    };
+    Volume::Mesh(TetMesh::from_tetrahedra(points, tetrahedra, scalars).expect("a mesh"))
+}
+
+/// The paper's bias of 0.1 is 0.0045 of the Blunt Fin's extent: what comes so close behind
+/// the last entry is lost. The default resolves it.
+#[test]
+fn the_papers_bias_hides_what_is_thin() {
+    let Some(gpu) = testing::gpu("the_papers_bias_hides_what_is_thin") else {
+        return;
+    };
+    let volume = plates();
+    let knot = |scalar| Knot {
+        scalar,
+        color: DVec3::ONE,
+        extinction: 400.0,
+    };
+    let function = TransferFunction::new(vec![knot(0.0), knot(1.0)]).expect("valid knots");
+    let appearance = Appearance::new(function, OpticalModel::Absorption);
+    let view = fitted(&volume, CameraFit::PlusZ, true);
+    let opacity = |peel_bias| {
+        let options = RaycastOptions {
+            peel_bias,
+            ..ping_pong()
+        };
+        let frame = draw(&gpu, &volume, &appearance, &options, &view);
+        let center = frame.pixel(SIDE / 2 + 1, SIDE / 2 - 3)[3];
+        // Over a background of one half.
+        (f64::from(center), frame.stats.layers)
+    };
+    let expected = |plates: f64| 1.0 - 0.5 * (-400.0 * 0.0008 * plates).exp();
+    let (both, layers) = opacity(RaycastOptions::default().peel_bias);
+    // Places on a ray are known to 2⁻²² of half an extent, of four faces.
+    let close = 400.0 * 4.0 / f64::from(1 << 22);
+    assert!((both - expected(2.0)).abs() < close, "{both}");
+    assert_eq!(layers, Some(2));
+    let (one, layers) = opacity(0.0045);
+    assert!((one - expected(1.0)).abs() < close, "{one}");
+    assert_eq!(layers, Some(1));
+}
+
+#[test]
+fn rays_stop_at_the_papers_opacity() {
+    let Some(gpu) = testing::gpu("rays_stop_at_the_papers_opacity") else {
+        return;
+    };
+    let (volume, mut appearance) = scene("sphere", 3000);
+    let knots = appearance.transfer_function.knots().iter().map(|k| Knot {
+        extinction: 4.0 * k.extinction,
+        ..*k
+    });
+    appearance.transfer_function = TransferFunction::new(knots.collect()).expect("valid knots");
+    let view = fitted(&volume, CameraFit::PlusIso, false);
+    let with = |stop_opacity| {
+        let options = RaycastOptions {
+            stop_opacity,
+            query_interval: 1,
+            ..ping_pong()
+        };
+        draw(&gpu, &volume, &appearance, &options, &view)
+    };
+    let (exact, stopped) = (with(1.0), with(0.95));
+    let pairs = exact
+        .pixels
+        .iter()
+        .flatten()
+        .zip(stopped.pixels.iter().flatten());
+    let worst = pairs.fold(0.0, |w: f32, (a, b)| w.max((a - b).abs()));
+    // Colors are at most 1 here, so what is hidden is at most what shines through.
+    assert!(worst > 0.0 && worst <= 0.05, "{worst}");
+    assert!(stopped.stats.fragments < exact.stats.fragments);
+    assert_eq!(stopped.stats.lost_rays, Some(0));
+}
+
+#[test]
+fn a_mesh_takes_144_bytes_a_cell() {
+    let Some(gpu) = testing::gpu("a_mesh_takes_144_bytes_a_cell") else {
+        return;
+    };
+    let (volume, appearance) = scene("sphere", 5000);
+    let Volume::Mesh(mesh) = &volume else {
+        panic!("a mesh")
+    };
+    let renderer = RaycastPeel::new(&gpu, &volume, &appearance, &ping_pong()).expect("a mesh");
+    // And three corners of 20 bytes a boundary face, and a handful of intervals; the
+    // last row of the textures may have room for more cells.
+    let row = (mesh.cell_count() as f64 / 3.0).sqrt().ceil() as u64;
+    let least = 144 * mesh.cell_count() as u64
+        + 60 * mesh.boundary_faces().len() as u64
+        + 48 * (appearance.transfer_function.knots().len() as u64 + 1);
+    let bytes = renderer.bytes_resident();
+    assert!(
+        bytes >= least && bytes < least + 144 * row,
+        "{bytes} {least}"
+    );
+}
+
+#[test]
+fn new_scalars_and_styles_give_what_a_new_renderer_gives() {
+    let Some(gpu) = testing::gpu("new_scalars_and_styles_give_what_a_new_renderer_gives") else {
+        return;
+    };
+    let (volume, appearance) = scene("heat-sink", 1000);
+    let Volume::Mesh(mesh) = &volume else {
+        panic!("a mesh")
+    };
+    let view = fitted(&volume, CameraFit::PlusIso, false);
+    let mut renderer = RaycastPeel::new(&gpu, &volume, &appearance, &ping_pong()).expect("a mesh");
+    let mut check = |volume: &Volume, appearance: &Appearance, what: &str| {
+        renderer.reload(volume).expect("a mesh");
+        renderer.restyle(appearance).expect("a style");
+        let frame = renderer.render(&view).expect("a frame");
+        let new = draw(&gpu, volume, appearance, &ping_pong(), &view);
+        assert!(frame.pixels == new.pixels, "{what}");
+    };
+    let field = |association, values| Scalars {
+        name: "s".into(),
+        association,
+        values,
+    };
+    let values = mesh.scalars().values.iter().map(|s| 130.0 - s).collect();
+    let turned = mesh
+        .with_scalars(field(Association::Point, values))
+        .expect("as many values");
+    check(&Volume::Mesh(turned), &appearance, "scalars");
+    let values = (0..mesh.cell_count()).map(|c| 60.0 * c as f64 / mesh.cell_count() as f64);
+    let cells = field(Association::Cell, values.collect());
+    let per_cell = mesh.with_scalars(cells).expect("as many values");
+    let emission = Appearance {
+        optical_model: OpticalModel::Emission,
+        ..appearance.clone()
+    };
+    check(&Volume::Mesh(per_cell), &emission, "association and style");
+    let (sphere, _) = scene("sphere", 700);
+    check(&sphere, &emission, "geometry");
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let Some(gpu) = testing::gpu("what_makes_no_sense_is_refused") else {
+        return;
+    };
+    let (volume, appearance) = scene("sphere", 100);
+    let defaults = ping_pong();
+    for options in [
+        RaycastOptions {
+            tiles: 0,
+            ..defaults
+        },
+        RaycastOptions {
+            tiles: 9,
+            ..defaults
+        },
+        RaycastOptions {
+            query_interval: 0,
+            ..defaults
+        },
+        RaycastOptions {
+            stop_opacity: 0.0,
+            ..defaults
+        },
+        RaycastOptions {
+            stop_opacity: f32::NAN,
+            ..defaults
+        },
+        RaycastOptions {
+            peel_bias: -1.0,
+            ..defaults
+        },
+        RaycastOptions {
+            peel_bias: f32::INFINITY,
+            ..defaults
+        },
+    ] {
+        let refused = RaycastPeel::new(&gpu, &volume, &appearance, &options);
+        assert!(matches!(refused, Err(Error::Invalid { .. })), "{options:?}");
+    }
+    let surfaces = Appearance {
+        optical_model: OpticalModel::Isosurfaces,
+        ..appearance
+    };
+    let refused = RaycastPeel::new(&gpu, &volume, &surfaces, &defaults);
+    assert!(matches!(refused, Err(Error::Unsupported { .. })));
+}

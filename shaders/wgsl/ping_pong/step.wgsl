@@ -1,0 +1,97 @@
+// Step: each ray through one cell.
+//
+// Phase 3a of Bernardon et al. 2004. Both targets are read in one pass and written in
+// the next ("ping-pong"), as no target can be read while it is written.
+// In:   the traversal state (figure 9): cell, λ and scalar; color and opacity.
+// Out:  the same, one cell further.
+// With: ping_pong/rays.wgsl, ping_pong/integration.wgsl, common/optics.wgsl and what it needs
+
+@group(2) @binding(0) var states: texture_2d<f32>;
+@group(2) @binding(1) var colors: texture_2d<f32>;
+
+// Whether each cell, and not each vertex, has a scalar.
+override SCALARS_PER_CELL: bool = false;
+
+struct Stepped {
+    @location(0) state: vec4f,
+    @location(1) color: vec4f,
+}
+
+// Between the depth of idle rays, 0, and that of others, 1.
+@vertex
+fn vs_step(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    return covering(index, 0.5);
+}
+
+@fragment
+fn fs_step(@builtin(position) position: vec4f) -> Stepped {
+    let pixel = vec2i(position.xy);
+    let state = textureLoad(states, pixel, 0);
+    let color = textureLoad(colors, pixel, 0);
+    if state.x < 0.0 || color.w >= frame.stop_opacity {
+        return Stepped(state, color);
+    }
+    let ray = ray_of(position);
+    let cell = vec2i(state.xy);
+    let planes = planes_of(cell, ray);
+    // The first plane through which the ray goes out.
+    let leaving = select(vec4f(FAR), planes.lambda, planes.toward > vec4f(0.0));
+    let first = textureLoad(neighbors, cell, 0);
+    let last = textureLoad(neighbors, cell + vec2i(1, 0), 0);
+    var next = first.xy;
+    var lambda = leaving.x;
+    if leaving.y < lambda {
+        next = first.zw;
+        lambda = leaving.y;
+    }
+    if leaving.z < lambda {
+        next = last.xy;
+        lambda = leaving.z;
+    }
+    if leaving.w < lambda {
+        next = last.zw;
+        lambda = leaving.w;
+    }
+    if lambda >= FAR {
+        return Stepped(vec4f(LOST, LOST, state.zw), color);
+    }
+    // A flat cell, or rounding, may go back; what was seen is not seen again.
+    if lambda <= state.z {
+        return Stepped(vec4f(next, state.zw), color);
+    }
+    let back = scalar_at(cell, ray, lambda);
+    var front = state.w;
+    var begin = state.z;
+    if SCALARS_PER_CELL {
+        front = back;
+    } else if front >= TRANSPARENT_SCALAR {
+        front = scalar_at(cell, ray, begin);
+    }
+    if begin < ray.eye {
+        // An orthographic camera in the volume sees what is before it.
+        begin = min(ray.eye, lambda);
+        if front < TRANSPARENT_SCALAR {
+            front = scalar_at(cell, ray, begin);
+        }
+    }
+    var sum = color;
+    if lambda > begin && max(front, back) < TRANSPARENT_SCALAR {
+        sum = over(color, segment(front, back, lambda - begin));
+    }
+    return Stepped(vec4f(next, lambda, back), sum);
+}
+
+// Equation 3, model by model: what is behind `front`, as light and opacity.
+fn over(front: vec4f, behind: vec4f) -> vec4f {
+    switch MODEL {
+        case EMISSION: {
+            return vec4f(front.xyz + behind.xyz, 0.0);
+        }
+        case MAXIMUM_INTENSITY: {
+            return vec4f(max(front.xyz, behind.xyz), 0.0);
+        }
+        default: {
+            return front + (1.0 - front.w) * behind;
+        }
+    }
+}
