@@ -52,6 +52,7 @@ fn options(settings: &Settings) -> RaycastOptions {
     RaycastOptions {
         stop_opacity: settings.number("stop-opacity") as f32,
         locality: choice(settings, "locality", &Locality::ALL),
+        ..RaycastOptions::default()
     }
 }
 
