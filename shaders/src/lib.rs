@@ -33,6 +33,28 @@ macro_rules! slice_program {
     };
 }
 
+/// A program that draws cells; `$part` is what becomes of their fragments.
+macro_rules! cell_program {
+    ($($part:literal),+) => {
+        program!(
+            "projection/frame.wgsl",
+            "projection/vertices.wgsl",
+            "projection/mesh.wgsl",
+            "common/sides.wgsl",
+            "projection/footprint.wgsl",
+            "projection/chord.wgsl",
+            "common/optics_model.wgsl",
+            "common/transfer_function.wgsl",
+            "common/optics.wgsl",
+            "preintegration/axes.wgsl",
+            "preintegration/lookup.wgsl",
+            "projection/transfer.wgsl",
+            "projection/segment.wgsl",
+            $($part),+
+        )
+    };
+}
+
 /// The GPU radix sort of `tetrascope-gpu`, one program for each of its passes.
 pub mod sort {
     /// Pass 1: count the digits of each block.
@@ -86,38 +108,24 @@ pub mod preintegration {
 
 /// Cell projection (`tetrascope-projection`).
 pub mod projection {
-    /// Pass 1, for models that do not commute: a sort key for each cell.
-    pub const ORDER: &str = program!("projection/frame.wgsl", "projection/order.wgsl");
-    /// Pass 2: draw the cells and blend what each adds.
-    pub const CELL: &str = program!(
+    /// Pass 1: the vertices in camera space.
+    pub const TRANSFORM: &str = program!(
         "projection/frame.wgsl",
-        "common/sides.wgsl",
-        "projection/footprint.wgsl",
-        "projection/chord.wgsl",
-        "common/optics_model.wgsl",
-        "common/transfer_function.wgsl",
-        "common/optics.wgsl",
-        "preintegration/axes.wgsl",
-        "preintegration/lookup.wgsl",
-        "projection/transfer.wgsl",
-        "projection/cell.wgsl",
+        "projection/vertices.wgsl",
+        "projection/transform.wgsl",
     );
-    /// Pass 2, sorted in each pixel: draw the cells and list what each adds.
-    pub const FILL: &str = program!(
+    /// Pass 2, for models that do not commute: a sort key for each cell.
+    pub const ORDER: &str = program!(
         "projection/frame.wgsl",
-        "common/sides.wgsl",
-        "projection/footprint.wgsl",
-        "projection/chord.wgsl",
-        "common/optics_model.wgsl",
-        "common/transfer_function.wgsl",
-        "common/optics.wgsl",
-        "preintegration/axes.wgsl",
-        "preintegration/lookup.wgsl",
-        "projection/transfer.wgsl",
-        "projection/fragments.wgsl",
-        "projection/fill.wgsl",
+        "projection/vertices.wgsl",
+        "projection/mesh.wgsl",
+        "projection/order.wgsl",
     );
-    /// Pass 3, sorted in each pixel: sort the lists and add them up.
+    /// Pass 3: draw the cells and blend what each adds.
+    pub const CELL: &str = cell_program!("projection/cell.wgsl");
+    /// Pass 3, sorted in each pixel: draw the cells and list what each adds.
+    pub const FILL: &str = cell_program!("projection/fragments.wgsl", "projection/fill.wgsl");
+    /// Pass 4, sorted in each pixel: sort the lists and add them up.
     pub const COMPOSITE: &str = program!(
         "common/optics_model.wgsl",
         "projection/fragments.wgsl",
@@ -181,13 +189,14 @@ pub mod ping_pong {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 21] = [
+pub const PROGRAMS: [(&str, &str); 22] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
     ("common::PROBE", common::PROBE),
     ("preintegration::FILL_COLOR", preintegration::FILL_COLOR),
     ("preintegration::FILL_DEPTH", preintegration::FILL_DEPTH),
+    ("projection::TRANSFORM", projection::TRANSFORM),
     ("projection::ORDER", projection::ORDER),
     ("projection::CELL", projection::CELL),
     ("projection::FILL", projection::FILL),

@@ -11,7 +11,7 @@ use wgpu::{
 };
 
 use crate::Gpu;
-use crate::passes::{UNIFORM, group, layout, model_constant, module, pipeline_layout};
+use crate::passes::{TEXELS, UNIFORM, group, layout, model_constant, module, pipeline_layout};
 
 /// The mirror of `Resolve` in `resolve.wgsl`.
 #[repr(C)]
@@ -62,12 +62,6 @@ pub fn blend(model: OpticalModel) -> BlendState {
     }
 }
 
-const TEXTURE: wgpu::BindingType = wgpu::BindingType::Texture {
-    sample_type: wgpu::TextureSampleType::Float { filterable: false },
-    view_dimension: wgpu::TextureViewDimension::D2,
-    multisampled: false,
-};
-
 /// The pipeline for one optical model and target format.
 #[derive(Clone, Debug)]
 pub struct ResolvePass {
@@ -85,7 +79,7 @@ impl ResolvePass {
         let label = "gpu::resolve";
         let constants = [model_constant(model)];
         gpu.checked(label, 0, || {
-            let layout = layout(gpu, label, ShaderStages::FRAGMENT, &[UNIFORM, TEXTURE]);
+            let layout = layout(gpu, label, ShaderStages::FRAGMENT, &[UNIFORM, TEXELS]);
             let module = module(gpu, label, RESOLVE);
             let pipeline = gpu
                 .device()

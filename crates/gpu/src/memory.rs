@@ -142,6 +142,34 @@ impl Gpu {
         })
     }
 
+    /// Writes all texels of `texture`, row-major, before the next submission.
+    ///
+    /// Panics if `contents` does not have their size.
+    pub fn write_texture<T: bytemuck::Pod>(
+        &self,
+        texture: &wgpu::Texture,
+        contents: &[T],
+    ) -> Result<(), Error> {
+        let bytes: &[u8] = bytemuck::cast_slice(contents);
+        let size = texture.size();
+        let texel = texture.format().block_copy_size(None).unwrap_or(16);
+        let row = size.width * texel;
+        assert_eq!(
+            bytes.len() as u64,
+            u64::from(row) * u64::from(size.height),
+            "every texel has its contents"
+        );
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(row),
+            rows_per_image: None,
+        };
+        self.checked("gpu::write_texture", bytes.len() as u64, || {
+            self.queue()
+                .write_texture(texture.as_image_copy(), bytes, layout, size);
+        })
+    }
+
     fn checked_size(&self, what: &str, bytes: u64, usage: BufferUsages) -> Result<u64, Error> {
         let limits = self.limits();
         let mut limit = limits.max_buffer_size;

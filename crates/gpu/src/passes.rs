@@ -93,3 +93,18 @@ pub const READ: BindingType = buffer(BufferBindingType::Storage { read_only: tru
 pub const WRITE: BindingType = buffer(BufferBindingType::Storage { read_only: false });
 /// A uniform buffer.
 pub const UNIFORM: BindingType = buffer(BufferBindingType::Uniform);
+/// A texture that shaders read texel by texel.
+pub const TEXELS: BindingType = BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+    view_dimension: wgpu::TextureViewDimension::D2,
+    multisampled: false,
+};
+
+/// A texture of `format` that shaders write texel by texel.
+pub const fn write_texels(format: wgpu::TextureFormat) -> BindingType {
+    BindingType::StorageTexture {
+        access: wgpu::StorageTextureAccess::WriteOnly,
+        format,
+        view_dimension: wgpu::TextureViewDimension::D2,
+    }
+}

@@ -3,3 +3,4 @@
 pub(crate) mod cell;
 pub(crate) mod lists;
 pub(crate) mod order;
+pub(crate) mod transform;

@@ -18,6 +18,7 @@ use crate::options::{Order, ProjectionOptions};
 use crate::passes::cell::{CellData, CellPass, Uploaded};
 use crate::passes::lists::{self, ListPass};
 use crate::passes::order::{OrderData, OrderPass};
+use crate::passes::transform::{TransformData, TransformPass};
 use crate::tiles::{boxes, tiles};
 use crate::volume::{Field, Geometry, Look, mesh_of};
 use crate::{ABILITIES, NAME};
@@ -27,6 +28,7 @@ use crate::{ABILITIES, NAME};
 pub struct Projection {
     gpu: Gpu,
     options: ProjectionOptions,
+    transform_pass: TransformPass,
     cell_pass: CellPass,
     sorter: Sorter,
     scene: Scene,
@@ -41,6 +43,7 @@ struct Scene {
     geometry: Geometry,
     field: Field,
     look: Look,
+    transform: TransformData,
     sorting: Sorting,
     cell: CellData,
     /// Into the caller's format, and into the one that `render` reads back.
@@ -88,6 +91,7 @@ impl Projection {
     ) -> Result<Projection, Error> {
         ABILITIES.check(NAME, appearance)?;
         let mesh = mesh_of(volume)?;
+        let transform_pass = TransformPass::new(gpu)?;
         let cell_pass = CellPass::new(gpu)?;
         let mut sorter = Sorter::None;
         sorter.prepare(gpu, options, &cell_pass, appearance.optical_model)?;
@@ -97,6 +101,7 @@ impl Projection {
         let parts = Parts {
             gpu,
             options,
+            transform_pass: &transform_pass,
             cell_pass: &cell_pass,
             sorter: &sorter,
         };
@@ -104,6 +109,7 @@ impl Projection {
         Ok(Projection {
             gpu: gpu.clone(),
             options: options.clone(),
+            transform_pass,
             cell_pass,
             sorter,
             scene,
@@ -152,15 +158,20 @@ impl Projection {
         let gathered = gathered.create_view(&Default::default());
         let mut stats = self.stats();
         let mut counts = None;
+        gpu.checked("projection::transform", 0, || {
+            let times = timer.map(Timer::first_compute_pass);
+            let data = &scene.transform;
+            self.transform_pass
+                .record(gpu, encoder, &uniform, data, times);
+        })?;
+        stats.passes += 1;
         match (&scene.sorting, &self.sorter) {
             (Sorting::PerPixel, Sorter::PerPixel(pass)) => {
                 let boxes = boxes(&scene.geometry.mesh, &scene.look.cells, view, normalization);
                 let capacity = ListPass::capacity(gpu, self.options.fragment_bytes);
                 let tiles = tiles(&boxes, (view.width, view.height), capacity)?;
                 let cells = (&self.cell_pass, &scene.cell);
-                let times = timer.map(Timer::first_render_pass);
-                let into = (&gathered, times);
-                let buffer = pass.record(gpu, encoder, &uniform, cells, &tiles, into)?;
+                let buffer = pass.record(gpu, encoder, &uniform, cells, &tiles, &gathered)?;
                 stats.passes += 2 * tiles.len() as u64;
                 counts = Some(Counts {
                     buffer,
@@ -168,12 +179,10 @@ impl Projection {
                 });
             }
             (sorting, sorter) => {
-                let mut first = timer;
                 let mut cell = scene.cell.clone();
                 if let (Sorting::Centroid(data), Sorter::Centroid(pass)) = (sorting, sorter) {
-                    let times = first.take().map(Timer::first_compute_pass);
                     gpu.checked("projection::order", 0, || {
-                        pass.record(gpu, encoder, &uniform, data, times);
+                        pass.record(gpu, encoder, &uniform, data);
                     })?;
                     stats.passes += 1;
                 } else if let Sorting::Mpvo(mpvo) = sorting {
@@ -189,10 +198,9 @@ impl Projection {
                     };
                     cell.volume_group = self.cell_pass.volume_group(gpu, uploaded, &cells)?;
                 }
-                let times = first.take().map(Timer::first_render_pass);
                 gpu.checked("projection::cell", 0, || {
                     let pass = &self.cell_pass;
-                    pass.record(gpu, encoder, &uniform, &cell, &gathered, times);
+                    pass.record(gpu, encoder, &uniform, &cell, &gathered);
                 })?;
                 stats.passes += 1;
             }
@@ -234,9 +242,12 @@ impl Projection {
             &geometry.positions,
             &geometry.cells,
             &scene.field.scalars,
-            &look.intervals,
+            &look.ranges,
             &look.drawn,
         ];
+        let textures = [&geometry.transformed, &look.intervals];
+        // Four numbers a texel.
+        let texels = |t: &&wgpu::Texture| 16 * u64::from(t.width()) * u64::from(t.height());
         let (order_bytes, sorted) = match &scene.sorting {
             Sorting::Centroid(data) => (data.bytes(), true),
             Sorting::Mpvo(_) => (0, true),
@@ -247,8 +258,10 @@ impl Projection {
         stats.cells_drawn = Some(drawn);
         stats.cells_skipped = Some(geometry.mesh.cell_count() as u64 - drawn);
         stats.cells_sorted = Some(if sorted { drawn } else { 0 });
-        stats.bytes_resident =
-            order_bytes + look.table.bytes() + buffers.iter().map(|b| b.size()).sum::<u64>();
+        stats.bytes_resident = order_bytes
+            + look.table.bytes()
+            + buffers.iter().map(|b| b.size()).sum::<u64>()
+            + textures.iter().map(texels).sum::<u64>();
         if matches!(
             self.format(),
             TextureFormat::R16Float | TextureFormat::Rgba16Float
@@ -263,6 +276,7 @@ impl Projection {
         Parts {
             gpu: &self.gpu,
             options: &self.options,
+            transform_pass: &self.transform_pass,
             cell_pass: &self.cell_pass,
             sorter: &self.sorter,
         }
@@ -348,6 +362,7 @@ impl VolumeRenderer for Projection {
 struct Parts<'a> {
     gpu: &'a Gpu,
     options: &'a ProjectionOptions,
+    transform_pass: &'a TransformPass,
     cell_pass: &'a CellPass,
     sorter: &'a Sorter,
 }
@@ -376,6 +391,7 @@ impl Parts<'_> {
             }
             Sorter::PerPixel(_) => Sorting::PerPixel,
         };
+        let transform = self.transform_pass.data(gpu, &geometry, &field)?;
         let drawn = match &sorting {
             Sorting::Centroid(data) => data.sorted(),
             _ => &look.drawn,
@@ -402,6 +418,7 @@ impl Parts<'_> {
             geometry,
             field,
             look,
+            transform,
             sorting,
             cell,
             resolve: [resolve, resolve_read_back],

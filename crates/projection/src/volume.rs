@@ -2,16 +2,36 @@
 
 use std::sync::Arc;
 
+use bytemuck::Zeroable;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, OpticalModel, TetMesh, Volume};
 use tetrascope_gpu::preintegration::{self, Table};
 use tetrascope_gpu::transfer_function::{Interval, intervals};
-use tetrascope_gpu::wgpu::{self, BufferUsages};
+use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Integration, Normalization, ScalarMap};
 
 use crate::NAME;
 
 const STORAGE: BufferUsages = BufferUsages::STORAGE;
+
+/// Texels a row of the vertices, as in `vertices.wgsl`.
+const VERTICES_PER_ROW: u32 = 2048;
+
+/// Camera space and scalar of a vertex.
+pub(crate) const TRANSFORMED_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
+
+/// Intervals a row of the transfer function, three texels each, as in `transfer.wgsl`.
+const INTERVALS_PER_ROW: u32 = 256;
+
+/// Cells name intervals in 16 bits.
+const MOST_INTERVALS: usize = 1 << 16;
+
+/// The size of a texture with `count` items, `per_row` in each row.
+fn texels(count: usize, per_row: u32) -> (u32, u32) {
+    let rows = (count as u64).div_ceil(per_row.into()).max(1);
+    // What does not fit is refused with the texture.
+    (per_row, rows.min(u32::MAX.into()) as u32)
+}
 
 /// Geometry on the device.
 #[derive(Clone, Debug)]
@@ -22,6 +42,8 @@ pub(crate) struct Geometry {
     pub(crate) cells: wgpu::Buffer,
     /// The longest edge, normalized.
     pub(crate) longest: f32,
+    /// What the vertices are in camera space, once a frame has begun.
+    pub(crate) transformed: wgpu::Texture,
 }
 
 /// Scalars on the device.
@@ -37,7 +59,10 @@ pub(crate) struct Field {
 /// The transfer function on the device, and what it leaves to draw.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
-    pub(crate) intervals: wgpu::Buffer,
+    pub(crate) intervals: wgpu::Texture,
+    pub(crate) interval_count: u32,
+    /// The first and the last interval of each cell, 16 bits each.
+    pub(crate) ranges: wgpu::Buffer,
     pub(crate) table: Table,
     /// Indices of the cells that are drawn.
     pub(crate) drawn: wgpu::Buffer,
@@ -83,6 +108,12 @@ impl Geometry {
             positions: gpu.upload("the mesh's vertices", &positions, STORAGE)?,
             cells: gpu.upload("the mesh's cells", mesh.tetrahedra(), STORAGE)?,
             longest: (longest_edge(mesh) / normalization.scale) as f32,
+            transformed: gpu.texture(
+                "of the mesh's vertices",
+                texels(positions.len(), VERTICES_PER_ROW),
+                TRANSFORMED_FORMAT,
+                TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING,
+            )?,
         })
     }
 }
@@ -123,7 +154,15 @@ impl Look {
     ) -> Result<Look, Error> {
         let (drawn, deepest) = visible_cells(&geometry.mesh, appearance);
         let tf = &appearance.transfer_function;
-        let intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization);
+        let mut intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization);
+        if intervals.len() > MOST_INTERVALS {
+            return Err(Error::TooLarge {
+                what: "the transfer function".into(),
+                needed: intervals.len() as u64 - 1,
+                limit: MOST_INTERVALS as u64 - 1,
+                unit: "knots",
+            });
+        }
         let source = preintegration::Source {
             integration,
             model: appearance.optical_model,
@@ -134,9 +173,22 @@ impl Look {
             Some(table) => table.renewed(gpu, NAME, &source)?,
             None => Table::new(gpu, NAME, &source)?,
         };
+        let ranges = ranges(&geometry.mesh, map, &intervals);
+        let interval_count = intervals.len() as u32;
+        let (width, height) = texels(intervals.len(), INTERVALS_PER_ROW);
+        intervals.resize((width * height) as usize, Zeroable::zeroed());
+        let texture = gpu.texture(
+            "of the transfer function",
+            (3 * width, height),
+            TextureFormat::Rgba32Float,
+            TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
+        )?;
+        gpu.write_texture(&texture, &intervals)?;
         Ok(Look {
             table,
-            intervals: gpu.upload("the transfer function", &intervals, STORAGE)?,
+            intervals: texture,
+            interval_count,
+            ranges: gpu.upload("the cells' intervals", &ranges, STORAGE)?,
             drawn: gpu.upload("the list of drawn cells", &drawn, STORAGE)?,
             cells: drawn.into(),
             // Rounded up: f32 may be under the bound by 2⁻²⁴ of it, and the shader's
@@ -188,6 +240,24 @@ fn longest_edge(mesh: &TetMesh) -> f64 {
         edges.into_iter().map(|e| e.length()).fold(0.0, f64::max)
     };
     (0..mesh.cell_count()).map(of_cell).fold(0.0, f64::max)
+}
+
+/// The first and the last of `intervals` that each cell's scalars are in, 16 bits each.
+///
+/// What only touches a knot is not beyond it, unless it is constant: then it is on both
+/// sides.
+fn ranges(mesh: &TetMesh, map: &ScalarMap, intervals: &[Interval]) -> Vec<u32> {
+    let range = |cell| {
+        let scalars: [f64; 4] = mesh.cell_scalars(cell);
+        let scalars = scalars.map(|s| map.scalar(s));
+        let low = scalars.iter().copied().fold(f32::INFINITY, f32::min);
+        let high = scalars.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        // The lowest interval reaches below every scalar.
+        let first = intervals[1..].partition_point(|i| i.low <= low) as u32;
+        let last = intervals[1..].partition_point(|i| i.low < high) as u32;
+        first.min(last) | first.max(last) << 16
+    };
+    (0..mesh.cell_count()).map(range).collect()
 }
 
 /// Whether four points lie in a plane, whatever their scale.

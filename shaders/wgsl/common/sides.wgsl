@@ -15,15 +15,55 @@
 // ray is moved by (e, e^2), e -> 0: the ray, not the mesh, so every face sees
 // the same ray.
 fn side(a: vec2f, b: vec2f) -> i32 {
+    let order = side_rounded(a, b);
+    if order == TIED {
+        return side_exact(a, b);
+    }
+    return order;
+}
+
+// Neither side, as the rounded products are equal.
+const TIED: i32 = 2;
+
+fn side_rounded(a: vec2f, b: vec2f) -> i32 {
     let left = a.x * b.y;
     let right = a.y * b.x;
-    if left > right {
-        return 1;
+    return select(select(TIED, -1, left < right), 1, left > right);
+}
+
+// The sides of the edges 01, 02, 03, and of 12, 13, 23.
+struct Sides {
+    of_first: vec3i,
+    of_rest: vec3i,
+}
+
+fn sides(p0: vec2f, p1: vec2f, p2: vec2f, p3: vec2f) -> Sides {
+    var s = Sides(
+        vec3i(side_rounded(p0, p1), side_rounded(p0, p2), side_rounded(p0, p3)),
+        vec3i(side_rounded(p1, p2), side_rounded(p1, p3), side_rounded(p2, p3)),
+    );
+    // Ties are rare. Software rasterizers run both sides of each branch, so one at a time
+    // costs them a sixth of six.
+    for (var n = 0u; n < 6u; n++) {
+        let first = s.of_first == vec3i(TIED);
+        let rest = s.of_rest == vec3i(TIED);
+        if !any(first) && !any(rest) {
+            break;
+        }
+        var a = p2;
+        var b = p3;
+        a = select(a, p1, rest.x || rest.y);
+        b = select(b, p2, rest.x);
+        a = select(a, p0, any(first));
+        b = select(select(select(b, p3, first.z), p2, first.y), p1, first.x);
+        let order = side_exact(a, b);
+        // The tied edge that comes first, in the order of the fields.
+        let chosen_first = first & vec3<bool>(true, !first.x, !(first.x || first.y));
+        let chosen_rest = rest & vec3<bool>(!any(first), !any(first) && !rest.x, !any(first) && !(rest.x || rest.y));
+        s.of_first = select(s.of_first, vec3i(order), chosen_first);
+        s.of_rest = select(s.of_rest, vec3i(order), chosen_rest);
     }
-    if left < right {
-        return -1;
-    }
-    return side_exact(a, b);
+    return s;
 }
 
 // For products that round to the same number. They differ by less than that number's

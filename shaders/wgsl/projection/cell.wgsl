@@ -5,7 +5,7 @@
 // Out:  EmissionAbsorption: light and opacity, premultiplied; Emission: light;
 //       Absorption: optical depth in red; MaximumIntensity: color.
 // With: projection/chord.wgsl and what it needs, projection/transfer.wgsl,
-//       preintegration/lookup.wgsl and what it needs
+//       projection/segment.wgsl and what it needs
 
 @fragment
 fn fs_cell(in: Varying) -> @location(0) vec4f {
@@ -13,7 +13,7 @@ fn fs_cell(in: Varying) -> @location(0) vec4f {
     if chord.length <= 0.0 {
         return vec4f(0.0);
     }
-    let sum = segment(chord.front, chord.back, chord.length);
+    let sum = segment_within(in.range, chord.front, chord.back, chord.length);
     switch MODEL {
         case EMISSION_ABSORPTION: {
             return vec4f(sum.xyz, segment_opacity(sum));

@@ -23,12 +23,13 @@ fn chord_of(in: Varying) -> Chord {
     let p1 = fma(-slope, in.v1.zz, in.v1.xy - through);
     let p2 = fma(-slope, in.v2.zz, in.v2.xy - through);
     let p3 = fma(-slope, in.v3.zz, in.v3.xy - through);
-    let s01 = side(p0, p1);
-    let s02 = side(p0, p2);
-    let s03 = side(p0, p3);
-    let s12 = side(p1, p2);
-    let s13 = side(p1, p3);
-    let s23 = side(p2, p3);
+    let s = sides(p0, p1, p2, p3);
+    let s01 = s.of_first.x;
+    let s02 = s.of_first.y;
+    let s03 = s.of_first.z;
+    let s12 = s.of_rest.x;
+    let s13 = s.of_rest.y;
+    let s23 = s.of_rest.z;
     // How each face turns around the ray, for the face opposite vertex 0, 1, 2, 3, seen
     // from outside the cell: 1 where the ray enters, −1 where it leaves, else 0.
     let turns = vec4i(

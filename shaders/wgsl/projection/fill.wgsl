@@ -3,7 +3,7 @@
 // In:   Varying, cells in any order.
 // Out:  heads, fragments.
 // With: projection/fragments.wgsl, projection/chord.wgsl and what it needs,
-//       projection/transfer.wgsl, preintegration/lookup.wgsl and what it needs
+//       projection/transfer.wgsl, projection/segment.wgsl and what it needs
 
 @fragment
 fn fs_fill(in: Varying) {
@@ -11,7 +11,7 @@ fn fs_fill(in: Varying) {
     if chord.length <= 0.0 {
         return;
     }
-    let sum = segment(chord.front, chord.back, chord.length);
+    let sum = segment_within(in.range, chord.front, chord.back, chord.length);
     let number = 1u + atomicAdd(&heads[0], 1u);
     // The tile was chosen so that all fit; if not, the count tells.
     if number > tile.capacity {

@@ -2,9 +2,12 @@
 //
 // The rasterizer only proposes pixels: it rounds vertices to a grid of its own, so
 // which pixels are the cell's is decided in each of them (chord.wgsl).
-// In:   drawn, cells; four corners of each by a fixed index buffer.
+//
+// The four corners of a cell are four vertices, each of which sees the whole cell; so
+// this avoids loops and indexed arrays, which cost software rasterizers most.
+// In:   drawn, cells, ranges, transformed; four corners of each by a fixed index buffer.
 // Out:  Varying.
-// With: projection/frame.wgsl
+// With: projection/frame.wgsl, projection/mesh.wgsl, projection/transfer.wgsl
 
 struct Varying {
     @builtin(position) position: vec4f,
@@ -13,43 +16,72 @@ struct Varying {
     @location(1) @interpolate(flat) v1: vec4f,
     @location(2) @interpolate(flat) v2: vec4f,
     @location(3) @interpolate(flat) v3: vec4f,
+    @location(4) @interpolate(flat) range: vec2u,
 }
 
 @vertex
 fn vs_cell(@builtin(vertex_index) index: u32) -> Varying {
     let cell = drawn[index / 4u];
     let v = cells[cell];
-    let at = select(v, vec4u(cell), vec4<bool>(frame.scalars_per_cell == 1u));
+    let range = ranges[cell];
     var out: Varying;
-    out.v0 = vec4f(camera_space(v.x), scalars[at.x]);
-    out.v1 = vec4f(camera_space(v.y), scalars[at.y]);
-    out.v2 = vec4f(camera_space(v.z), scalars[at.z]);
-    out.v3 = vec4f(camera_space(v.w), scalars[at.w]);
-    var corners = array<vec3f, 4>(out.v0.xyz, out.v1.xyz, out.v2.xyz, out.v3.xyz);
-    let pixel = footprint(&corners, index % 4u);
+    out.v0 = vertex(v.x);
+    out.v1 = vertex(v.y);
+    out.v2 = vertex(v.z);
+    out.v3 = vertex(v.w);
+    if SCALARS_PER_CELL {
+        let scalar = scalars[cell];
+        out.v0.w = scalar;
+        out.v1.w = scalar;
+        out.v2.w = scalar;
+        out.v3.w = scalar;
+    }
+    out.range = vec2u(range & 0xffffu, range >> 16u);
+    let corners = Corners(
+        vec4f(out.v0.x, out.v1.x, out.v2.x, out.v3.x),
+        vec4f(out.v0.y, out.v1.y, out.v2.y, out.v3.y),
+        vec4f(out.v0.z, out.v1.z, out.v2.z, out.v3.z),
+    );
+    let pixel = footprint(corners, index % 4u);
     out.position = vec4f(2.0 * pixel / frame.size, 0.5, 1.0);
     return out;
 }
 
+// A cell's vertices in camera space.
+struct Corners {
+    x: vec4f,
+    y: vec4f,
+    z: vec4f,
+}
+
+// The same in the image: pixels from its center, y up.
+struct Flat {
+    x: vec4f,
+    y: vec4f,
+}
+
+fn least(v: vec4f) -> f32 {
+    return min(min(v.x, v.y), min(v.z, v.w));
+}
+
+fn greatest(v: vec4f) -> f32 {
+    return max(max(v.x, v.y), max(v.z, v.w));
+}
+
 // The corner of the footprint, in pixels from the image's center, y up.
-fn footprint(p: ptr<function, array<vec3f, 4>>, corner: u32) -> vec2f {
+fn footprint(p: Corners, corner: u32) -> vec2f {
     let per_unit = 0.5 * frame.size * frame.clip_per_unit;
-    var q: array<vec2f, 4>;
-    var nearest = 1e30;
-    var farthest_out = 0.0;
-    for (var i = 0u; i < 4u; i++) {
-        let w = w_of((*p)[i]);
-        nearest = min(nearest, w);
-        q[i] = (*p)[i].xy * per_unit / max(w, frame.near);
-        farthest_out = max(farthest_out, max(abs(q[i].x), abs(q[i].y)));
-    }
-    if nearest <= frame.near || farthest_out > LARGEST {
-        return box_in_view(p, per_unit, corner);
+    let w = frame.w_per_depth * (p.z + frame.anchor_depth) + frame.w_constant;
+    let nearest = least(w);
+    let divisor = max(w, vec4f(frame.near));
+    let q = Flat(p.x * per_unit.x / divisor, p.y * per_unit.y / divisor);
+    if nearest <= frame.near || greatest(max(abs(q.x), abs(q.y))) > LARGEST {
+        return box_in_view(p, w, q, per_unit, corner);
     }
     // What f32 loses of camera space, a few 2⁻²³ of coordinates up to 2, in pixels.
     let scale = max(per_unit.x, per_unit.y) * (1.0 + max(frame.slope.x, frame.slope.y));
     let margin = MARGIN + ROUNDING * scale / nearest;
-    return grown_hull(&q, margin, corner);
+    return grown_hull(q, margin, corner);
 }
 
 // The least that Vulkan lets a rasterizer resolve is 1/16 of a pixel: vertices move by
@@ -59,32 +91,32 @@ const ROUNDING: f32 = 9.5367431640625e-7; // 2⁻²⁰
 // f32 resolves 1/512 of a pixel there.
 const LARGEST: f32 = 16384.0;
 
-fn w_of(p: vec3f) -> f32 {
-    return frame.w_per_depth * (p.z + frame.anchor_depth) + frame.w_constant;
-}
-
 // A cell that reaches the eye's plane, or far out of the image: the box around the
 // part before the eye, cut to the image.
-fn box_in_view(p: ptr<function, array<vec3f, 4>>, per_unit: vec2f, corner: u32) -> vec2f {
-    var low = vec2f(1e30);
-    var high = vec2f(-1e30);
-    for (var i = 0u; i < 4u; i++) {
-        let w = w_of((*p)[i]);
-        if w > frame.near {
-            let q = (*p)[i].xy * per_unit / w;
-            low = min(low, q);
-            high = max(high, q);
-        }
-        for (var j = 0u; j < i; j++) {
-            let other = w_of((*p)[j]);
-            if (w > frame.near) != (other > frame.near) {
-                let cut = (frame.near - w) / (other - w);
-                let q = mix((*p)[i].xy, (*p)[j].xy, cut) * per_unit / frame.near;
-                low = min(low, q);
-                high = max(high, q);
-            }
-        }
-    }
+fn box_in_view(p: Corners, w: vec4f, q: Flat, per_unit: vec2f, corner: u32) -> vec2f {
+    let seen = w > vec4f(frame.near);
+    let none = vec4f(1e30);
+    var low = vec2f(least(select(none, q.x, seen)), least(select(none, q.y, seen)));
+    var high = vec2f(greatest(select(-none, q.x, seen)), greatest(select(-none, q.y, seen)));
+    // Where edges 01, 02, 03 and 12, 13, 23 pass the near plane.
+    let scale = per_unit / frame.near;
+    let a = cuts(w.xxx, w.yzw);
+    let a_x = scale.x * mix(p.x.xxx, p.x.yzw, a);
+    let a_y = scale.y * mix(p.y.xxx, p.y.yzw, a);
+    let b = cuts(w.yyz, w.zww);
+    let b_x = scale.x * mix(p.x.yyz, p.x.zww, b);
+    let b_y = scale.y * mix(p.y.yyz, p.y.zww, b);
+    let a_cut = seen.xxx != seen.yzw;
+    let b_cut = seen.yyz != seen.zww;
+    let far = vec3f(1e30);
+    low = min(low, vec2f(
+        least(min(select(far, a_x, a_cut), select(far, b_x, b_cut)).xyzz),
+        least(min(select(far, a_y, a_cut), select(far, b_y, b_cut)).xyzz),
+    ));
+    high = max(high, vec2f(
+        greatest(max(select(-far, a_x, a_cut), select(-far, b_x, b_cut)).xyzz),
+        greatest(max(select(-far, a_y, a_cut), select(-far, b_y, b_cut)).xyzz),
+    ));
     // Near the eye rounding is worth many pixels; it is a small share of how far out
     // they are, and what is behind the eye gives an empty box.
     let border = 0.5 * frame.size + 2.0;
@@ -92,6 +124,12 @@ fn box_in_view(p: ptr<function, array<vec3f, 4>>, per_unit: vec2f, corner: u32) 
     low = clamp(low - slack, -border, border);
     high = clamp(high + slack, -border, border);
     return select(low, high, far_sides(corner));
+}
+
+// Where w is `frame.near` on the way from `from_w` to `to_w`.
+fn cuts(from_w: vec3f, to_w: vec3f) -> vec3f {
+    let along = to_w - from_w;
+    return (frame.near - from_w) / select(along, vec3f(1.0), along == vec3f(0.0));
 }
 
 // Which sides of a box meet in its corner, around it.
@@ -103,57 +141,70 @@ fn cross2(a: vec2f, b: vec2f) -> f32 {
     return a.x * b.y - a.y * b.x;
 }
 
+fn pick(q: Flat, index: u32) -> vec2f {
+    let pair_x = select(q.x.xz, q.x.yw, index % 2u == 1u);
+    let pair_y = select(q.y.xz, q.y.yw, index % 2u == 1u);
+    return select(vec2f(pair_x.x, pair_y.x), vec2f(pair_x.y, pair_y.y), index >= 2u);
+}
+
 // Around the hull of four points by which of the numbers w, Σ w = 0, Σ w q = 0, are
-// positive (bit i for w of point i): the points of one sign are on a diagonal, or
-// alone inside the triangle of the others (Radon). A triangle repeats its last point.
-const RINGS = array<vec4u, 8>(
-    vec4u(0u, 0u, 0u, 0u), // none: all on a line
-    vec4u(1u, 2u, 3u, 3u),
-    vec4u(0u, 2u, 3u, 3u),
-    vec4u(0u, 2u, 1u, 3u),
-    vec4u(0u, 1u, 3u, 3u),
-    vec4u(0u, 1u, 2u, 3u),
-    vec4u(0u, 1u, 3u, 2u),
-    vec4u(0u, 1u, 2u, 2u),
-);
+// positive (bit i for w of point i, or of their opposites where that has bit 3): the
+// points of one sign are on a diagonal, or alone inside the triangle of the others (Radon).
+// Two bits a corner, the first lowest; a triangle repeats its last point.
+//     0: 0000 all on a line   1: 1233   2: 0233   3: 0213
+//     4: 0133                 5: 0123   6: 0132   7: 0122
+const RINGS: vec4u = vec4u(0xf900u, 0xd8f8u, 0xe4f4u, 0xa4b4u);
+
+fn ring_of(bits: u32) -> u32 {
+    let pairs = select(
+        select(RINGS.x, RINGS.y, bits >= 2u),
+        select(RINGS.z, RINGS.w, bits >= 6u),
+        bits >= 4u,
+    );
+    return select(pairs & 0xffu, pairs >> 8u, bits % 2u == 1u);
+}
 
 // A corner of the convex hull of q, its sides moved outward by `margin` pixels. Where
 // that makes a tip too long, of the box along the longest edge.
-fn grown_hull(q: ptr<function, array<vec2f, 4>>, margin: f32, corner: u32) -> vec2f {
-    let a = (*q)[1] - (*q)[0];
-    let b = (*q)[2] - (*q)[0];
-    let c = (*q)[3] - (*q)[0];
+fn grown_hull(q: Flat, margin: f32, corner: u32) -> vec2f {
+    let q0 = vec2f(q.x.x, q.y.x);
+    let a = vec2f(q.x.y, q.y.y) - q0;
+    let b = vec2f(q.x.z, q.y.z) - q0;
+    let c = vec2f(q.x.w, q.y.w) - q0;
     let w = vec4f(cross2(b - a, c - a), -cross2(b, c), cross2(a, c), -cross2(a, b));
     let bits = dot(select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), w > vec4f(0.0)), vec4u(1u));
-    var rings = RINGS;
-    let ring = rings[select(bits, 15u - bits, bits >= 8u)];
-    let count = select(4u, 3u, ring.z == ring.w);
-    let mine = min(corner, count - 1u);
-    let turn = sign(cross2((*q)[ring.y] - (*q)[ring.x], (*q)[ring.z] - (*q)[ring.y]));
-    var result = vec2f(0.0);
-    var fits = turn != 0.0;
-    for (var i = 0u; i < count; i++) {
-        let here = (*q)[ring[i]];
-        let before = here - (*q)[ring[(i + count - 1u) % count]];
-        let after = (*q)[ring[(i + 1u) % count]] - here;
-        let lengths = vec2f(length(before), length(after));
-        if min(lengths.x, lengths.y) < SHORTEST || turn * cross2(before, after) <= 0.0 {
-            fits = false;
-        }
-        let n = turn * vec2f(before.y, -before.x) / max(lengths.x, SHORTEST);
-        let m = turn * vec2f(after.y, -after.x) / max(lengths.y, SHORTEST);
-        let cosine = 1.0 + dot(n, m);
-        if cosine < SHARPEST {
-            fits = false;
-        }
-        if i == mine {
-            result = here + (n + m) * (margin / max(cosine, SHARPEST));
-        }
+    let ring = ring_of(select(bits, 15u - bits, bits >= 8u));
+    let h0 = pick(q, ring & 3u);
+    let h1 = pick(q, (ring >> 2u) & 3u);
+    let h2 = pick(q, (ring >> 4u) & 3u);
+    let h3 = pick(q, ring >> 6u);
+    let triangle = ((ring >> 4u) & 3u) == ring >> 6u;
+    // From each corner to the next; a triangle's last side comes twice.
+    let e0 = h1 - h0;
+    let e1 = h2 - h1;
+    let e2 = select(h3, h0, triangle) - h2;
+    let e3 = h0 - h3;
+    let x = vec4f(e0.x, e1.x, e2.x, e3.x);
+    let y = vec4f(e0.y, e1.y, e2.y, e3.y);
+    let lengths = sqrt(x * x + y * y);
+    // Of each side and the one before.
+    let turns = x.wxyz * y - y.wxyz * x;
+    let turn = sign(turns.y);
+    let scale = turn / max(lengths, vec4f(SHORTEST));
+    let n_x = y * scale;
+    let n_y = -x * scale;
+    let cosines = 1.0 + n_x.wxyz * n_x + n_y.wxyz * n_y;
+    let bends = select(turn * turns, vec4f(1.0), vec4<bool>(false, false, false, triangle));
+    let fits = turn != 0.0 && least(lengths) >= SHORTEST && least(bends) > 0.0
+        && least(cosines) >= SHARPEST;
+    if !fits {
+        return box_along(q, margin, corner);
     }
-    if fits {
-        return result;
-    }
-    return box_along(q, margin, corner);
+    let mine = vec4<bool>(corner == 0u, corner == 1u, corner == 2u || (triangle && corner == 3u),
+        corner == 3u && !triangle);
+    let reach = select(vec4f(0.0), margin / max(cosines, vec4f(SHARPEST)), mine);
+    let here = select(select(h0, h1, mine.y), select(h2, h3, mine.w), mine.z || mine.w);
+    return here + vec2f(dot(n_x.wxyz + n_x, reach), dot(n_y.wxyz + n_y, reach));
 }
 
 // Pixels; of shorter edges rounding makes the direction.
@@ -161,28 +212,27 @@ const SHORTEST: f32 = 0.015625;
 // 2/16²: a tip moves by √(2/SHARPEST) = 16 margins, a pixel.
 const SHARPEST: f32 = 0.0078125;
 
-fn box_along(q: ptr<function, array<vec2f, 4>>, margin: f32, corner: u32) -> vec2f {
-    var along = vec2f(1.0, 0.0);
-    var longest = 1e-12;
-    for (var i = 1u; i < 4u; i++) {
-        for (var j = 0u; j < i; j++) {
-            let edge = (*q)[i] - (*q)[j];
-            let square = dot(edge, edge);
-            if square > longest {
-                longest = square;
-                along = edge / sqrt(square);
-            }
-        }
-    }
+fn box_along(q: Flat, margin: f32, corner: u32) -> vec2f {
+    // Edges 01, 02, 03 and 12, 13, 23; the longest one.
+    let a = vec3f(q.x.yzw - q.x.xxx);
+    let b = vec3f(q.y.yzw - q.y.xxx);
+    let c = vec3f(q.x.zww - q.x.yyz);
+    let d = vec3f(q.y.zww - q.y.yyz);
+    let first = a * a + b * b;
+    let rest = c * c + d * d;
+    let longest = max(max(max(first.x, first.y), first.z), max(max(rest.x, rest.y), rest.z));
+    var edge = vec2f(a.x, b.x);
+    edge = select(edge, vec2f(a.y, b.y), first.y == longest);
+    edge = select(edge, vec2f(a.z, b.z), first.z == longest);
+    edge = select(edge, vec2f(c.x, d.x), rest.x == longest);
+    edge = select(edge, vec2f(c.y, d.y), rest.y == longest);
+    edge = select(edge, vec2f(c.z, d.z), rest.z == longest);
+    let along = select(vec2f(1.0, 0.0), edge / sqrt(max(longest, 1e-30)), longest > 1e-24);
     // From the first point, as differences are small.
-    var low = vec2f(0.0);
-    var high = vec2f(0.0);
-    for (var i = 1u; i < 4u; i++) {
-        let d = (*q)[i] - (*q)[0];
-        let at = vec2f(dot(d, along), cross2(along, d));
-        low = min(low, at);
-        high = max(high, at);
-    }
-    let at = select(low - margin, high + margin, far_sides(corner));
-    return (*q)[0] + at.x * along + at.y * vec2f(-along.y, along.x);
+    let u = a * along.x + b * along.y;
+    let v = b * along.x - a * along.y;
+    let low = vec2f(least(vec4f(u, 0.0)), least(vec4f(v, 0.0))) - margin;
+    let high = vec2f(greatest(vec4f(u, 0.0)), greatest(vec4f(v, 0.0))) + margin;
+    let at = select(low, high, far_sides(corner));
+    return vec2f(q.x.x, q.y.x) + at.x * along + at.y * vec2f(-along.y, along.x);
 }

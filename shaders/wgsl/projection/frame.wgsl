@@ -30,13 +30,3 @@ struct Frame {
 
 // Group 0 is the frame, group 1 the volume.
 @group(0) @binding(0) var<uniform> frame: Frame;
-
-@group(1) @binding(0) var<storage, read> positions: array<f32>; // x, y, z of each vertex
-@group(1) @binding(1) var<storage, read> scalars: array<f32>;   // of each vertex or cell
-@group(1) @binding(2) var<storage, read> cells: array<vec4u>;   // vertices, positively oriented
-@group(1) @binding(3) var<storage, read> drawn: array<u32>;     // which cells, in drawing order
-
-fn camera_space(vertex: u32) -> vec3f {
-    let p = vec4f(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u], 1.0);
-    return vec3f(dot(frame.right, p), dot(frame.up, p), dot(frame.forward, p));
-}

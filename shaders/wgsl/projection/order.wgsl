@@ -3,9 +3,9 @@
 // The distance of the centroid from the eye (perspective) or along the view
 // (orthographic). Of d² = (z + anchor)² + x² + y² only d² − anchor² is kept, which
 // loses no digits when the eye is far, in steps of a 2²⁴th of its range.
-// In:   cells, positions, drawn.
+// In:   cells, transformed, drawn.
 // Out:  keys and values (cell indices) for the radix sort, back to front.
-// With: projection/frame.wgsl
+// With: projection/frame.wgsl, projection/mesh.wgsl
 
 @group(2) @binding(0) var<storage, read_write> keys: array<u32>;
 @group(2) @binding(1) var<storage, read_write> values: array<u32>;
@@ -18,7 +18,7 @@ fn cs_order(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
     }
     let cell = drawn[i];
     let v = cells[cell];
-    let c = 0.25 * (camera_space(v.x) + camera_space(v.y) + camera_space(v.z) + camera_space(v.w));
+    let c = 0.25 * (vertex(v.x) + vertex(v.y) + vertex(v.z) + vertex(v.w)).xyz;
     var near = c.z;
     if frame.w_per_depth > 0.0 {
         near = 2.0 * frame.anchor_depth * c.z + dot(c, c);

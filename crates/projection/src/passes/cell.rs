@@ -1,13 +1,13 @@
-//! Pass 2: draw the cells (`cell.wgsl`).
+//! Pass 3: draw the cells (`cell.wgsl`).
 
 use tetrascope_core::{Error, OpticalModel};
 use tetrascope_gpu::Gpu;
 use tetrascope_gpu::gather::{blend, gathered_format};
 use tetrascope_gpu::passes::{
-    READ, UNIFORM, group, layout, model_constant, module, pipeline_layout,
+    READ, TEXELS, UNIFORM, group, layout, model_constant, module, pipeline_layout,
 };
 use tetrascope_gpu::preintegration::TABLE;
-use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
+use tetrascope_gpu::wgpu::{self, BindingResource, BufferUsages, ShaderStages};
 use tetrascope_shaders::projection::CELL;
 
 use super::lists::{self, ListPass};
@@ -55,7 +55,7 @@ impl CellPass {
         gpu.checked(label, 0, || {
             let stages = ShaderStages::VERTEX_FRAGMENT;
             let frame_layout = layout(gpu, label, stages, &[UNIFORM]);
-            let types = [READ, READ, READ, READ, READ, TABLE];
+            let types = [TEXELS, READ, READ, READ, TEXELS, READ, TABLE];
             let volume_layout = layout(gpu, label, stages, &types);
             CellPass {
                 module: module(gpu, label, CELL),
@@ -90,7 +90,9 @@ impl CellPass {
         let mut constants = vec![
             model_constant(model),
             ("DEEPEST", f64::from(uploaded.look.deepest)),
+            ("INTERVAL_COUNT", uploaded.look.interval_count.into()),
         ];
+        let per_cell = [("SCALARS_PER_CELL", uploaded.field.per_cell.into())];
         constants.extend(uploaded.look.table.constants(uploaded.field.range));
         let pipeline = gpu.checked(label, 0, || {
             gpu.device()
@@ -100,7 +102,10 @@ impl CellPass {
                     vertex: wgpu::VertexState {
                         module,
                         entry_point: Some("vs_cell"),
-                        compilation_options: Default::default(),
+                        compilation_options: wgpu::PipelineCompilationOptions {
+                            constants: &per_cell,
+                            ..Default::default()
+                        },
                         buffers: &[],
                     },
                     primitive: Default::default(),
@@ -139,10 +144,17 @@ impl CellPass {
             field,
             look,
         } = uploaded;
-        let (positions, cells) = (&geometry.positions, &geometry.cells);
-        let buffers = [positions, &field.scalars, cells, drawn, &look.intervals];
-        let mut resources = buffers.map(|b| b.as_entire_binding()).to_vec();
-        resources.push(look.table.binding());
+        let transformed = geometry.transformed.create_view(&Default::default());
+        let intervals = look.intervals.create_view(&Default::default());
+        let resources = [
+            BindingResource::TextureView(&transformed),
+            field.scalars.as_entire_binding(),
+            geometry.cells.as_entire_binding(),
+            drawn.as_entire_binding(),
+            BindingResource::TextureView(&intervals),
+            look.ranges.as_entire_binding(),
+            look.table.binding(),
+        ];
         gpu.checked(label, 0, || {
             group(gpu, label, &self.volume_layout, &resources)
         })
@@ -156,10 +168,9 @@ impl CellPass {
         frame: &wgpu::Buffer,
         data: &CellData,
         gathered: &wgpu::TextureView,
-        timestamps: Option<wgpu::RenderPassTimestampWrites>,
     ) {
         let clear = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
-        let mut pass = begin(encoder, "projection::cell", gathered, clear, timestamps);
+        let mut pass = begin(encoder, "projection::cell", gathered, clear);
         self.draw(gpu, &mut pass, frame, data);
     }
 
@@ -208,7 +219,6 @@ pub(crate) fn begin<'a>(
     label: &str,
     target: &wgpu::TextureView,
     load: wgpu::LoadOp<wgpu::Color>,
-    timestamps: Option<wgpu::RenderPassTimestampWrites>,
 ) -> wgpu::RenderPass<'a> {
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some(label),
@@ -221,7 +231,6 @@ pub(crate) fn begin<'a>(
                 store: wgpu::StoreOp::Store,
             },
         })],
-        timestamp_writes: timestamps,
         ..Default::default()
     })
 }

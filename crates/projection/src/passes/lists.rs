@@ -1,4 +1,4 @@
-//! Passes 2 and 3 where each pixel sorts: list fragments (`fill.wgsl`), then add them
+//! Passes 3 and 4 where each pixel sorts: list fragments (`fill.wgsl`), then add them
 //! up (`composite.wgsl`), tile by tile.
 
 use std::sync::{Mutex, PoisonError};
@@ -119,7 +119,7 @@ impl ListPass {
         frame: &wgpu::Buffer,
         (cells, data): (&CellPass, &CellData),
         tiles: &[Tile],
-        (gathered, mut timestamps): (&wgpu::TextureView, Option<wgpu::RenderPassTimestampWrites>),
+        gathered: &wgpu::TextureView,
     ) -> Result<wgpu::Buffer, Error> {
         let lists = self.lists(gpu, tiles)?;
         let usage = BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
@@ -140,15 +140,14 @@ impl ListPass {
                 encoder.clear_buffer(&lists.heads, 0, None);
                 {
                     let load = wgpu::LoadOp::Load;
-                    let times = timestamps.take();
-                    let mut pass = begin(encoder, "projection::fill", gathered, load, times);
+                    let mut pass = begin(encoder, "projection::fill", gathered, load);
                     pass.set_bind_group(2, &group, &[]);
                     pass.set_scissor_rect(x, y, width, height);
                     cells.draw(gpu, &mut pass, frame, data);
                 }
                 {
                     let load = wgpu::LoadOp::Load;
-                    let mut pass = begin(encoder, "projection::composite", gathered, load, None);
+                    let mut pass = begin(encoder, "projection::composite", gathered, load);
                     cells.bind(gpu, &mut pass, frame, data);
                     pass.set_pipeline(&self.composite);
                     pass.set_bind_group(2, &group, &[]);

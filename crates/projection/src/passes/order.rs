@@ -1,9 +1,11 @@
-//! Pass 1: sort the cells by the distance of their centroids (`order.wgsl`).
+//! Pass 2: sort the cells by the distance of their centroids (`order.wgsl`).
 
 use tetrascope_core::Error;
-use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, group, layout, module, pipeline_layout};
+use tetrascope_gpu::passes::{
+    READ, TEXELS, UNIFORM, WRITE, group, layout, module, pipeline_layout,
+};
 use tetrascope_gpu::sort::SortedPairs;
-use tetrascope_gpu::wgpu::{self, ShaderStages};
+use tetrascope_gpu::wgpu::{self, BindingResource, ShaderStages};
 use tetrascope_gpu::{Gpu, RadixSort};
 use tetrascope_shaders::projection::ORDER;
 
@@ -39,7 +41,7 @@ impl OrderPass {
         gpu.checked(label, 0, || {
             let stage = ShaderStages::COMPUTE;
             let frame_layout = layout(gpu, label, stage, &[UNIFORM]);
-            let volume_layout = layout(gpu, label, stage, &[READ, READ, READ, READ]);
+            let volume_layout = layout(gpu, label, stage, &[TEXELS, READ, READ, READ]);
             let pair_layout = layout(gpu, label, stage, &[WRITE, WRITE]);
             let layouts = [&frame_layout, &volume_layout, &pair_layout];
             let pipeline = gpu
@@ -72,13 +74,18 @@ impl OrderPass {
     ) -> Result<OrderData, Error> {
         let label = "projection::order";
         let pairs = self.sort.pairs(gpu, look.drawn_count(), KEY_BITS)?;
-        let buffers = [&geometry.positions, scalars, &geometry.cells, &look.drawn];
-        let buffers = buffers.map(|b| b.as_entire_binding());
+        let transformed = geometry.transformed.create_view(&Default::default());
+        let resources = [
+            BindingResource::TextureView(&transformed),
+            scalars.as_entire_binding(),
+            geometry.cells.as_entire_binding(),
+            look.drawn.as_entire_binding(),
+        ];
         let (volume_group, pair_group) = gpu.checked(label, 0, || {
             let (keys, values) = (pairs.keys(), pairs.values());
             let pairs = [keys.as_entire_binding(), values.as_entire_binding()];
             (
-                group(gpu, label, &self.volume_layout, &buffers),
+                group(gpu, label, &self.volume_layout, &resources),
                 group(gpu, label, &self.pair_layout, &pairs),
             )
         })?;
@@ -97,13 +104,12 @@ impl OrderPass {
         encoder: &mut wgpu::CommandEncoder,
         frame: &wgpu::Buffer,
         data: &OrderData,
-        timestamps: Option<wgpu::ComputePassTimestampWrites>,
     ) {
         let label = "projection::order";
         let frame = group(gpu, label, &self.frame_layout, &[frame.as_entire_binding()]);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(label),
-            timestamp_writes: timestamps,
+            timestamp_writes: None,
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &frame, &[]);
