@@ -123,6 +123,19 @@ pub mod projection {
     );
     /// Pass 3: draw the cells and blend what each adds.
     pub const CELL: &str = cell_program!("projection/cell.wgsl");
+    /// Pass 3 for isosurfaces: draw where rays meet them in cells.
+    pub const SURFACE: &str = program!(
+        "projection/frame.wgsl",
+        "projection/vertices.wgsl",
+        "projection/mesh.wgsl",
+        "common/sides.wgsl",
+        "projection/footprint.wgsl",
+        "projection/chord.wgsl",
+        "common/look.wgsl",
+        "projection/surface.wgsl",
+    );
+    /// Pass 4 for isosurfaces: put them among other geometry.
+    pub const AMONG: &str = program!("projection/frame.wgsl", "projection/among.wgsl");
     /// Pass 3, sorted in each pixel: draw the cells and list what each adds.
     pub const FILL: &str = cell_program!("projection/fragments.wgsl", "projection/fill.wgsl");
     /// Pass 4, sorted in each pixel: sort the lists and add them up.
@@ -189,7 +202,7 @@ pub mod ping_pong {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 22] = [
+pub const PROGRAMS: [(&str, &str); 24] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -200,6 +213,8 @@ pub const PROGRAMS: [(&str, &str); 22] = [
     ("projection::ORDER", projection::ORDER),
     ("projection::CELL", projection::CELL),
     ("projection::FILL", projection::FILL),
+    ("projection::SURFACE", projection::SURFACE),
+    ("projection::AMONG", projection::AMONG),
     ("projection::COMPOSITE", projection::COMPOSITE),
     ("gather::RESOLVE", gather::RESOLVE),
     ("slicing::SLICE_FLOAT", slicing::SLICE_FLOAT),

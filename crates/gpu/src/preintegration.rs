@@ -81,6 +81,8 @@ impl Integration {
             OpticalModel::Emission | OpticalModel::MaximumIntensity
         );
         match self {
+            // Surfaces have no integral.
+            _ if model == OpticalModel::Isosurfaces => None,
             Integration::Exact => None,
             Integration::Table2d { n } => Some((n, 2)),
             Integration::Table3d { n } if linear => Some((n, 2)),
@@ -124,6 +126,7 @@ impl Integration {
                 unit: "samples a side",
             });
         }
+        // Only now, so that a restyle to another model meets no bad number.
         let two = matches!(self, Integration::Table2d { .. });
         if two && model == OpticalModel::EmissionAbsorption {
             return Err(Error::Unsupported {

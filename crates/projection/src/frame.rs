@@ -1,6 +1,6 @@
 //! The camera in coordinates that stay small, made in f64 and rounded at the end.
 
-use tetrascope_core::glam::DVec3;
+use tetrascope_core::glam::{DAffine3, DMat3, DVec3};
 use tetrascope_core::{Projection, View};
 use tetrascope_gpu::Normalization;
 
@@ -19,6 +19,55 @@ const KEYS: f64 = (1 << KEY_BITS) as f64;
 /// Bits of a sort key; f32 holds no more of a distance.
 pub(crate) const KEY_BITS: u32 = 24;
 
+/// Where the camera is among normalized positions.
+pub(crate) struct CameraSpace {
+    /// To camera space, see `frame.wgsl`.
+    pub(crate) from_normalized: DAffine3,
+    /// From the eye to the anchor along the axis, normalized.
+    pub(crate) anchor_depth: f64,
+}
+
+/// The camera space of `view`, which must be valid.
+pub(crate) fn camera_space(view: &View, normalization: &Normalization) -> CameraSpace {
+    let (right, up, forward) = view.camera.axes();
+    let eye = normalization.point(view.camera.position);
+    // The mesh's center is the origin; beside it or, if it is behind, at the eye.
+    let anchor_depth = (-eye.dot(forward)).max(0.0);
+    let anchor = eye + anchor_depth * forward;
+    let axes = DMat3::from_cols(right, up, forward).transpose();
+    CameraSpace {
+        from_normalized: DAffine3::from_mat3_translation(axes, -(axes * anchor)),
+        anchor_depth,
+    }
+}
+
+/// How far along their rays the depths `along` of an image are, world units, infinite
+/// where `there` says that there is none.
+pub(crate) fn along_rays(
+    view: &View,
+    normalization: &Normalization,
+    along: &[f32],
+    there: impl Fn(usize) -> bool,
+) -> Vec<f32> {
+    let anchor_depth = camera_space(view, normalization).anchor_depth;
+    let (width, height) = (f64::from(view.width), f64::from(view.height));
+    let reach = match view.camera.projection {
+        Projection::Perspective { view_angle } => (view_angle.to_radians() / 2.0).tan(),
+        Projection::Orthographic { .. } => 0.0,
+    };
+    let depth = |(i, along): (usize, &f32)| {
+        if !there(i) {
+            return f32::INFINITY;
+        }
+        let (column, row) = (i % view.width as usize, i / view.width as usize);
+        let x = (2.0 * (column as f64 + 0.5) / width - 1.0) * width / height;
+        let y = 2.0 * (row as f64 + 0.5) / height - 1.0;
+        let per_depth = (1.0 + reach * reach * (x * x + y * y)).sqrt();
+        ((f64::from(*along) + anchor_depth) * per_depth * normalization.scale) as f32
+    };
+    along.iter().enumerate().map(depth).collect()
+}
+
 /// The uniform of `frame.wgsl` for `view`, which must be valid.
 pub(crate) fn frame(
     view: &View,
@@ -29,8 +78,7 @@ pub(crate) fn frame(
     let camera = &view.camera;
     let (right, up, forward) = camera.axes();
     let eye = normalization.point(camera.position);
-    // The mesh's center is the origin; beside it or, if it is behind, at the eye.
-    let anchor_depth = (-eye.dot(forward)).max(0.0);
+    let anchor_depth = camera_space(view, normalization).anchor_depth;
     let anchor = eye + anchor_depth * forward;
     let row = |axis: DVec3| {
         let [x, y, z] = axis.as_vec3().to_array();

@@ -32,17 +32,25 @@ pub(crate) struct Tile {
     pub(crate) capacity: u32,
 }
 
+/// The mirror of `Clip` in `among.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(crate) struct Clip {
+    pub(crate) z: [f32; 4],
+    pub(crate) w: [f32; 4],
+}
+
 #[cfg(test)]
 mod tests {
     use tetrascope_shaders::assert_layout;
-    use tetrascope_shaders::projection::{CELL, COMPOSITE, FILL, ORDER};
+    use tetrascope_shaders::projection::{AMONG, CELL, COMPOSITE, FILL, ORDER, SURFACE};
 
     use super::*;
     use crate::passes::lists::FRAGMENT_BYTES;
 
     #[test]
     fn structs_have_the_layout_of_their_twins() {
-        for program in [ORDER, CELL, FILL] {
+        for program in [ORDER, CELL, FILL, SURFACE, AMONG] {
             assert_layout!(
                 program,
                 Frame {
@@ -64,6 +72,7 @@ mod tests {
                 }
             );
         }
+        assert_layout!(AMONG, Clip { z, w });
         assert_layout!(
             COMPOSITE,
             Tile {

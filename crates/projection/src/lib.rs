@@ -19,7 +19,12 @@
 //!    `chord.wgsl` finds in each fragment where the ray enters and leaves (§3.2);
 //!    `cell.wgsl` integrates between (§5.1), exactly or from the tables of
 //!    `preintegration` of tetrascope-gpu (`preintegration/lookup.wgsl`).
-//! 5. `gather` of tetrascope-gpu (`resolve.wgsl`) puts the sum over the background.
+//! 5. Isosurfaces (§5.2) take one pass in place of these: `passes::surface`
+//!    (`surface.wgsl`) finds in each fragment where the ray meets the nearest, shades it by
+//!    the cell's gradient, and lets the depth buffer hide the others, so no order is
+//!    needed; `among.wgsl` puts them among an application's own geometry
+//!    ([`Projection::encode_among`]).
+//! 6. `gather` of tetrascope-gpu (`resolve.wgsl`) puts the sum over the background.
 //!
 //! # Departures from the paper
 //! - *Footprints are drawn, and fragments decide*; the paper draws front faces and
@@ -38,6 +43,12 @@
 //!   [`Integration::Table2d`] and [`Integration::Table3d`] textures do, filled on the
 //!   device whenever the appearance changes. Their scalars are those of the transfer
 //!   function's knots, not of the field, and they are interpolated in f32 by hand.
+//! - *Isosurfaces are met where the scalar along the ray crosses their value*. The
+//!   scalar at a face is computed in the same order for both of its cells, so that one of
+//!   them has the crossing and there are no gaps to hide. The paper's table, in which
+//!   surfaces are thickened against gaps, is [`SurfaceSearch::Table`]. Normals are those
+//!   of the cells, as in the paper, but lights count in each fragment, and the depth
+//!   written is the surface's, not the face's.
 //! - *Blending is in f32* where the device can; the paper had 8 bits.
 //! - *No fragment is counted before it is kept.* Boxes around cells bound how many
 //!   there can be, and the image is cut into tiles that are sure to fit
@@ -64,8 +75,10 @@ mod renderer;
 mod tiles;
 mod volume;
 
-pub use options::{CellLayout, ExitSearch, Integration, Order, ProjectionOptions};
-pub use renderer::Projection;
+pub use options::{
+    CellLayout, DepthFormat, ExitSearch, Integration, Order, ProjectionOptions, SurfaceSearch,
+};
+pub use renderer::{DepthTarget, Projection};
 
 use tetrascope_core::Abilities;
 
@@ -74,7 +87,7 @@ pub const NAME: &str = "projection";
 
 /// What it draws beyond the volumetric optical models.
 pub const ABILITIES: Abilities = Abilities {
-    isosurfaces: false,
+    isosurfaces: true,
     depth_cue: false,
     clip_planes: false,
 };

@@ -3,4 +3,5 @@
 pub(crate) mod cell;
 pub(crate) mod lists;
 pub(crate) mod order;
+pub(crate) mod surface;
 pub(crate) mod transform;

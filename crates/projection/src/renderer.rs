@@ -3,6 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use tetrascope_core::glam::{DMat4, DVec3};
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
 };
@@ -12,12 +13,13 @@ use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, ScalarMap, Timer, read_back, timer};
 
-use crate::frame::frame;
+use crate::frame::{along_rays, camera_space, frame};
 use crate::mpvo::Mpvo;
 use crate::options::{Order, ProjectionOptions};
-use crate::passes::cell::{CellData, CellPass, Uploaded};
+use crate::passes::cell::{CellData, CellPass, Into, Uploaded};
 use crate::passes::lists::{self, ListPass};
 use crate::passes::order::{OrderData, OrderPass};
+use crate::passes::surface::{NO_SURFACE, SurfaceData, SurfacePass, SurfaceTextures};
 use crate::passes::transform::{TransformData, TransformPass};
 use crate::tiles::{boxes, tiles};
 use crate::volume::{Field, Geometry, Look, mesh_of};
@@ -32,8 +34,22 @@ pub struct Projection {
     cell_pass: CellPass,
     sorter: Sorter,
     scene: Scene,
+    /// Compiled when isosurfaces are first drawn.
+    surface_pass: Option<SurfacePass>,
     /// The texture of the last frame, for the next of the same size.
     gathered: Mutex<Option<wgpu::Texture>>,
+    /// The same for isosurfaces.
+    surfaces: Mutex<Option<SurfaceTextures>>,
+}
+
+/// An application's depth buffer, in which isosurfaces are hidden and hide.
+#[derive(Clone, Copy, Debug)]
+pub struct DepthTarget<'a> {
+    /// A view of a texture of the view's size and of [`ProjectionOptions::depth_format`].
+    pub view: &'a wgpu::TextureView,
+    /// From world space to clip space, as for the depths that are there already. It must
+    /// see what the view's camera sees, as pixels are the camera's; depths are its own.
+    pub clip_from_world: DMat4,
 }
 
 /// All that `reload` and `restyle` replace, at once or not at all.
@@ -45,6 +61,7 @@ struct Scene {
     look: Look,
     transform: TransformData,
     sorting: Sorting,
+    surfaces: Option<SurfaceData>,
     cell: CellData,
     /// Into the caller's format, and into the one that `render` reads back.
     resolve: [ResolvePass; 2],
@@ -96,14 +113,16 @@ impl Projection {
         let mut sorter = Sorter::None;
         sorter.prepare(gpu, options, &cell_pass, appearance.optical_model)?;
         let geometry = Geometry::upload(gpu, mesh)?;
-        let map = ScalarMap::of(&appearance.transfer_function);
+        let map = ScalarMap::of_appearance(appearance, mesh.scalar_range());
         let field = Field::upload(gpu, mesh, map)?;
+        let surface_pass = prepared(None, gpu, options, &cell_pass, appearance)?;
         let parts = Parts {
             gpu,
             options,
             transform_pass: &transform_pass,
             cell_pass: &cell_pass,
             sorter: &sorter,
+            surface_pass: surface_pass.as_ref(),
         };
         let scene = parts.scene(appearance, geometry, field, None)?;
         Ok(Projection {
@@ -113,7 +132,9 @@ impl Projection {
             cell_pass,
             sorter,
             scene,
+            surface_pass,
             gathered: Mutex::new(None),
+            surfaces: Mutex::new(None),
         })
     }
 
@@ -129,7 +150,47 @@ impl Projection {
         view: &View,
         target: &wgpu::TextureView,
     ) -> Result<FrameStats, Error> {
-        let (stats, _) = self.record(encoder, view, target, To::Caller, None)?;
+        let recorded = self.record(encoder, view, target, To::Caller, None)?;
+        Ok(recorded.stats)
+    }
+
+    /// Records isosurfaces into `target`, as [`Projection::encode`] does, but over what is
+    /// there, and hidden by what `depth` has in front of them; the depths of those that
+    /// show are written.
+    ///
+    /// [`Error::Invalid`] without [`ProjectionOptions::depth_format`], and where another
+    /// optical model is drawn, which has no depth.
+    pub fn encode_among(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        target: &wgpu::TextureView,
+        depth: &DepthTarget,
+    ) -> Result<FrameStats, Error> {
+        view.validate()?;
+        let Some(pass) = self
+            .surface_pass
+            .as_ref()
+            .filter(|_| self.scene.surfaces.is_some())
+        else {
+            return Err(Error::invalid(
+                "a depth target, but no isosurfaces are drawn",
+            ));
+        };
+        let normalization = &self.scene.geometry.normalization;
+        let uniform = self.frame(view)?;
+        self.record_transform(encoder, &uniform, None)?;
+        let textures = self.record_surfaces(encoder, view, &uniform)?;
+        let from_normalized = camera_space(view, normalization).from_normalized;
+        let scale = DVec3::splat(normalization.scale);
+        let world_from_normalized =
+            DMat4::from_translation(normalization.center) * DMat4::from_scale(scale);
+        let clip =
+            depth.clip_from_world * world_from_normalized * DMat4::from(from_normalized.inverse());
+        let into = (target, depth.view);
+        pass.record_among(&self.gpu, encoder, (&uniform, &clip), &textures, into)?;
+        let mut stats = self.stats();
+        stats.passes += 3;
         Ok(stats)
     }
 
@@ -140,32 +201,28 @@ impl Projection {
         target: &wgpu::TextureView,
         to: To,
         timer: Option<&Timer>,
-    ) -> Result<(FrameStats, Option<Counts>), Error> {
+    ) -> Result<Recorded, Error> {
         view.validate()?;
         let (gpu, scene) = (&self.gpu, &self.scene);
         let (normalization, field) = (&scene.geometry.normalization, &scene.field);
-        let uniform = frame(
-            view,
-            normalization,
-            scene.look.drawn_count(),
-            field.per_cell,
-        );
-        // New buffers each time: frames may be recorded before others are submitted.
-        let uniform = gpu.upload("projection::frame", &[uniform], BufferUsages::UNIFORM)?;
+        let uniform = self.frame(view)?;
         let background = [Resolve::of(view)];
         let background = gpu.upload("gather::resolve", &background, BufferUsages::UNIFORM)?;
-        let gathered = self.gathered((view.width, view.height))?;
-        let gathered = gathered.create_view(&Default::default());
         let mut stats = self.stats();
         let mut counts = None;
-        gpu.checked("projection::transform", 0, || {
-            let times = timer.map(Timer::first_compute_pass);
-            let data = &scene.transform;
-            self.transform_pass
-                .record(gpu, encoder, &uniform, data, times);
-        })?;
+        self.record_transform(encoder, &uniform, timer)?;
         stats.passes += 1;
+        let mut along = None;
+        let gathered = if scene.surfaces.is_some() {
+            let textures = self.record_surfaces(encoder, view, &uniform)?;
+            along = Some(textures.along);
+            textures.color
+        } else {
+            self.gathered((view.width, view.height))?
+        };
+        let gathered = gathered.create_view(&Default::default());
         match (&scene.sorting, &self.sorter) {
+            _ if scene.surfaces.is_some() => stats.passes += 1,
             (Sorting::PerPixel, Sorter::PerPixel(pass)) => {
                 let boxes = boxes(&scene.geometry.mesh, &scene.look.cells, view, normalization);
                 let capacity = ListPass::capacity(gpu, self.options.fragment_bytes);
@@ -211,7 +268,74 @@ impl Projection {
             resolve.record(gpu, encoder, &background, &gathered, target, times);
         })?;
         stats.passes += 1;
-        Ok((stats, counts))
+        Ok(Recorded {
+            stats,
+            counts,
+            along,
+        })
+    }
+
+    /// The uniform of a frame; a new one each time, as frames may be recorded before
+    /// others are submitted.
+    fn frame(&self, view: &View) -> Result<wgpu::Buffer, Error> {
+        let scene = &self.scene;
+        let uniform = frame(
+            view,
+            &scene.geometry.normalization,
+            scene.look.drawn_count(),
+            scene.field.per_cell,
+        );
+        let label = "projection::frame";
+        self.gpu.upload(label, &[uniform], BufferUsages::UNIFORM)
+    }
+
+    fn record_transform(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        uniform: &wgpu::Buffer,
+        timer: Option<&Timer>,
+    ) -> Result<(), Error> {
+        let gpu = &self.gpu;
+        gpu.checked("projection::transform", 0, || {
+            let times = timer.map(Timer::first_compute_pass);
+            let data = &self.scene.transform;
+            self.transform_pass
+                .record(gpu, encoder, uniform, data, times);
+        })
+    }
+
+    /// Records the nearest isosurfaces; those textures are kept for the next frame.
+    fn record_surfaces(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        uniform: &wgpu::Buffer,
+    ) -> Result<SurfaceTextures, Error> {
+        let (gpu, scene) = (&self.gpu, &self.scene);
+        let (Some(pass), Some(data)) = (&self.surface_pass, &scene.surfaces) else {
+            return Err(Error::invalid("no isosurfaces are drawn"));
+        };
+        let size = (view.width, view.height);
+        let mut kept = self.surfaces.lock().unwrap_or_else(PoisonError::into_inner);
+        let textures = match kept.take().filter(|textures| textures.fits(size)) {
+            Some(textures) => textures,
+            None => SurfaceTextures::new(gpu, size)?,
+        };
+        *kept = Some(textures.clone());
+        let normalization = &scene.geometry.normalization;
+        let space = camera_space(view, normalization).from_normalized;
+        let look = pass.look_group(
+            gpu,
+            (&scene.appearance, view),
+            (normalization, &scene.field.map),
+            &space,
+            data,
+        )?;
+        gpu.checked("projection::surface", 0, || {
+            let cells = (&self.cell_pass, &scene.cell);
+            pass.record(gpu, encoder, (uniform, &look), cells, &textures);
+        })?;
+        Ok(textures)
     }
 
     /// The texture in which cells add up, kept for the next frame.
@@ -258,7 +382,9 @@ impl Projection {
         stats.cells_drawn = Some(drawn);
         stats.cells_skipped = Some(geometry.mesh.cell_count() as u64 - drawn);
         stats.cells_sorted = Some(if sorted { drawn } else { 0 });
+        let surfaces = scene.surfaces.as_ref().map_or(0, SurfaceData::bytes);
         stats.bytes_resident = order_bytes
+            + surfaces
             + look.table.bytes()
             + buffers.iter().map(|b| b.size()).sum::<u64>()
             + textures.iter().map(texels).sum::<u64>();
@@ -279,6 +405,7 @@ impl Projection {
             transform_pass: &self.transform_pass,
             cell_pass: &self.cell_pass,
             sorter: &self.sorter,
+            surface_pass: self.surface_pass.as_ref(),
         }
     }
 
@@ -292,7 +419,12 @@ impl Projection {
         } else {
             Geometry::upload(&self.gpu, mesh)?
         };
-        let field = Field::upload(&self.gpu, mesh, self.scene.field.map)?;
+        let (map, range) = (self.scene.field.map, mesh.scalar_range());
+        let map = match map.suits_appearance(&self.scene.appearance, range) {
+            true => map,
+            false => ScalarMap::of_appearance(&self.scene.appearance, range),
+        };
+        let field = Field::upload(&self.gpu, mesh, map)?;
         let appearance = &self.scene.appearance;
         let table = Some(&self.scene.look.table);
         self.scene = self.parts().scene(appearance, geometry, field, table)?;
@@ -313,13 +445,16 @@ impl VolumeRenderer for Projection {
         let model = appearance.optical_model;
         self.sorter
             .prepare(&self.gpu, &self.options, &self.cell_pass, model)?;
-        let tf = &appearance.transfer_function;
         let geometry = self.scene.geometry.clone();
-        let field = if self.scene.field.map.suits(tf) {
+        let range = geometry.mesh.scalar_range();
+        let field = if self.scene.field.map.suits_appearance(appearance, range) {
             self.scene.field.clone()
         } else {
-            Field::upload(&self.gpu, &geometry.mesh, ScalarMap::of(tf))?
+            let map = ScalarMap::of_appearance(appearance, range);
+            Field::upload(&self.gpu, &geometry.mesh, map)?
         };
+        let pass = self.surface_pass.clone();
+        self.surface_pass = prepared(pass, &self.gpu, &self.options, &self.cell_pass, appearance)?;
         let table = Some(&self.scene.look.table);
         self.scene = self.parts().scene(appearance, geometry, field, table)?;
         Ok(())
@@ -335,7 +470,11 @@ impl VolumeRenderer for Projection {
         let timer = Timer::new(gpu)?;
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let target_view = target.create_view(&Default::default());
-        let (mut stats, counts) = self.record(
+        let Recorded {
+            mut stats,
+            counts,
+            along,
+        } = self.record(
             &mut encoder,
             view,
             &target_view,
@@ -343,6 +482,9 @@ impl VolumeRenderer for Projection {
             timer.as_ref(),
         )?;
         let pixels = read_back(gpu, &mut encoder, Source::Texture(&target))?;
+        let along = along.as_ref().map(Source::Texture);
+        let along = along.map(|source| read_back(gpu, &mut encoder, source));
+        let along = along.transpose()?;
         let counts = counts.map(|c| c.read_back(gpu, &mut encoder)).transpose()?;
         let times = timer.map(|t| t.resolve(gpu, &mut encoder)).transpose()?;
         gpu.finish(encoder)?;
@@ -354,7 +496,14 @@ impl VolumeRenderer for Projection {
             stats.gpu_seconds = timer::seconds(gpu, times)?;
         }
         stats.cpu_seconds = start.elapsed().as_secs_f64();
-        Ok(Frame::new((view.width, view.height), pixels, stats))
+        let mut frame = Frame::new((view.width, view.height), pixels, stats);
+        if let Some(along) = along {
+            let normalization = &self.scene.geometry.normalization;
+            let along: Vec<f32> = along.read()?;
+            let there = |i: usize| along[i] > NO_SURFACE;
+            frame.depths = Some(along_rays(view, normalization, &along, there));
+        }
+        Ok(frame)
     }
 }
 
@@ -365,6 +514,7 @@ struct Parts<'a> {
     transform_pass: &'a TransformPass,
     cell_pass: &'a CellPass,
     sorter: &'a Sorter,
+    surface_pass: Option<&'a SurfacePass>,
 }
 
 impl Parts<'_> {
@@ -396,16 +546,28 @@ impl Parts<'_> {
             Sorting::Centroid(data) => data.sorted(),
             _ => &look.drawn,
         };
-        let lists = match (&sorting, self.sorter) {
-            (Sorting::PerPixel, Sorter::PerPixel(pass)) => Some(pass),
+        let surfaces = match model {
+            OpticalModel::Isosurfaces => {
+                let (map, range) = (&field.map, field.range);
+                let search = self.options.surfaces;
+                Some(SurfaceData::new(gpu, appearance, map, range, search)?)
+            }
             _ => None,
+        };
+        let into = match (&sorting, self.sorter) {
+            (Sorting::PerPixel, Sorter::PerPixel(pass)) => Into::Lists(pass),
+            _ => Into::Sum,
+        };
+        let into = match (self.surface_pass, &surfaces) {
+            (Some(pass), Some(data)) => Into::Nearest(pass, data),
+            _ => into,
         };
         let uploaded = Uploaded {
             geometry: &geometry,
             field: &field,
             look: &look,
         };
-        let cell = self.cell_pass.data(gpu, uploaded, drawn, model, lists)?;
+        let cell = self.cell_pass.data(gpu, uploaded, drawn, model, into)?;
         let format = self.options.target_format;
         let resolve = ResolvePass::new(gpu, model, format)?;
         let resolve_read_back = if format == READ_BACK_FORMAT {
@@ -420,10 +582,33 @@ impl Parts<'_> {
             look,
             transform,
             sorting,
+            surfaces,
             cell,
             resolve: [resolve, resolve_read_back],
         })
     }
+}
+
+/// The pass that draws isosurfaces, compiled if `appearance` has them and it is not.
+fn prepared(
+    pass: Option<SurfacePass>,
+    gpu: &Gpu,
+    options: &ProjectionOptions,
+    cells: &CellPass,
+    appearance: &Appearance,
+) -> Result<Option<SurfacePass>, Error> {
+    if pass.is_some() || appearance.optical_model != OpticalModel::Isosurfaces {
+        return Ok(pass);
+    }
+    SurfacePass::new(gpu, cells, options.target_format, options.depth_format).map(Some)
+}
+
+/// What a frame's commands leave behind.
+struct Recorded {
+    stats: FrameStats,
+    counts: Option<Counts>,
+    /// Depths along the axis, of isosurfaces.
+    along: Option<wgpu::Texture>,
 }
 
 impl Sorter {

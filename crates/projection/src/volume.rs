@@ -152,7 +152,7 @@ impl Look {
         appearance: &Appearance,
         (integration, table): (Integration, Option<&Table>),
     ) -> Result<Look, Error> {
-        let (drawn, deepest) = visible_cells(&geometry.mesh, appearance);
+        let (drawn, deepest) = visible_cells(&geometry.mesh, map, appearance);
         let tf = &appearance.transfer_function;
         let mut intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization);
         if intervals.len() > MOST_INTERVALS {
@@ -202,9 +202,11 @@ impl Look {
 ///
 /// Left out are cells without volume, cells with a scalar that is NaN, and cells whose
 /// scalars the transfer function maps to nothing: no extinction, or black where only
-/// color counts.
-fn visible_cells(mesh: &TetMesh, appearance: &Appearance) -> (Vec<u32>, f64) {
+/// color counts. Where isosurfaces are drawn, cells that none goes through.
+fn visible_cells(mesh: &TetMesh, map: &ScalarMap, appearance: &Appearance) -> (Vec<u32>, f64) {
     let tf = &appearance.transfer_function;
+    let surfaces = appearance.isosurfaces.iter();
+    let isovalues: Vec<f32> = surfaces.map(|s| map.scalar(s.value)).collect();
     let mut deepest = 0.0_f64;
     let visible = |&cell: &u32| {
         let scalars = mesh.cell_scalars(cell as usize);
@@ -219,6 +221,11 @@ fn visible_cells(mesh: &TetMesh, appearance: &Appearance) -> (Vec<u32>, f64) {
         }
         let low = scalars.iter().copied().fold(f64::INFINITY, f64::min);
         let high = scalars.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if appearance.optical_model == OpticalModel::Isosurfaces {
+            // As the shader decides, with what it knows.
+            let (low, high) = (map.scalar(low), map.scalar(high));
+            return isovalues.iter().any(|v| low < *v && *v <= high);
+        }
         if appearance.optical_model == OpticalModel::MaximumIntensity {
             return tf.max_color(low, high) > 0.0;
         }

@@ -179,7 +179,8 @@ fn pictures_converge_in_second_order() {
     };
     let volume = mesh("sphere", 1500);
     let view = view(&volume, false);
-    let cases: [(OpticalModel, fn(u32) -> Integration); 4] = [
+    type OfSide = fn(u32) -> Integration;
+    let cases: [(OpticalModel, OfSide); 4] = [
         (OpticalModel::Emission, |n| Integration::Table2d { n }),
         (OpticalModel::Absorption, |n| Integration::Table2d { n }),
         (OpticalModel::Absorption, |n| Integration::Table3d { n }),

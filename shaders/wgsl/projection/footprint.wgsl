@@ -9,6 +9,10 @@
 // Out:  Varying.
 // With: projection/frame.wgsl, projection/mesh.wgsl, projection/transfer.wgsl
 
+// The first and the last interval of the transfer function that each cell's scalars are
+// in, 16 bits each.
+@group(1) @binding(5) var<storage, read> ranges: array<u32>;
+
 struct Varying {
     @builtin(position) position: vec4f,
     // The cell's vertices: camera space, and the scalar.

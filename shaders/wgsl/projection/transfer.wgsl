@@ -5,9 +5,6 @@
 // faster than buffers.
 
 @group(1) @binding(4) var intervals: texture_2d<f32>;
-// The first and the last interval of the transfer function that each cell's scalars are
-// in, 16 bits each.
-@group(1) @binding(5) var<storage, read> ranges: array<u32>;
 // One texel where `TABLE_AXES` is 0.
 @group(1) @binding(6) var table: texture_3d<f32>;
 

@@ -11,6 +11,7 @@ use tetrascope_gpu::wgpu::{self, BindingResource, BufferUsages, ShaderStages};
 use tetrascope_shaders::projection::CELL;
 
 use super::lists::{self, ListPass};
+use super::surface::{self, SurfaceData, SurfacePass};
 use crate::volume::{Field, Geometry, Look};
 
 /// Cells that one draw call covers: its 16-bit indices number four corners of each.
@@ -35,6 +36,17 @@ pub(crate) struct Uploaded<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) field: &'a Field,
     pub(crate) look: &'a Look,
+}
+
+/// What becomes of fragments.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Into<'a> {
+    /// They are blended.
+    Sum,
+    /// They are listed for each pixel.
+    Lists(&'a ListPass),
+    /// The nearest surface is kept.
+    Nearest(&'a SurfacePass, &'a SurfaceData),
 }
 
 /// The pass for one volume and appearance.
@@ -67,25 +79,15 @@ impl CellPass {
         })
     }
 
-    /// The pass for what is to be drawn, in the order of the cell indices in `drawn`;
-    /// with `lists`, into those.
+    /// The pass for what is to be drawn, in the order of the cell indices in `drawn`.
     pub(crate) fn data(
         &self,
         gpu: &Gpu,
         uploaded: Uploaded,
         drawn: &wgpu::Buffer,
         model: OpticalModel,
-        lists: Option<&ListPass>,
+        into: Into,
     ) -> Result<CellData, Error> {
-        let blended = wgpu::ColorTargetState {
-            format: gathered_format(gpu, model),
-            blend: Some(blend(model)),
-            write_mask: wgpu::ColorWrites::ALL,
-        };
-        let (module, layout, entry, target) = match lists {
-            None => (&self.module, &self.pipeline_layout, "fs_cell", blended),
-            Some(lists) => (lists.fill(), lists.layout(), "fs_fill", lists::UNTOUCHED),
-        };
         let label = "projection::cell";
         let mut constants = vec![
             model_constant(model),
@@ -94,6 +96,28 @@ impl CellPass {
         ];
         let per_cell = [("SCALARS_PER_CELL", uploaded.field.per_cell.into())];
         constants.extend(uploaded.look.table.constants(uploaded.field.range));
+        let blended = [Some(wgpu::ColorTargetState {
+            format: gathered_format(gpu, model),
+            blend: Some(blend(model)),
+            write_mask: wgpu::ColorWrites::ALL,
+        })];
+        let untouched = [Some(lists::UNTOUCHED)];
+        let (module, layout, entry, targets, depth) = match into {
+            Into::Sum => {
+                let layout = &self.pipeline_layout;
+                (&self.module, layout, "fs_cell", &blended[..], None)
+            }
+            Into::Lists(lists) => {
+                let (module, layout) = (lists.fill(), lists.layout());
+                (module, layout, "fs_fill", &untouched[..], None)
+            }
+            Into::Nearest(pass, data) => {
+                constants = data.constants().to_vec();
+                let targets = &surface::TARGETS[..];
+                let depth = Some(surface::hidden());
+                (&pass.module, &pass.layout, "fs_surface", targets, depth)
+            }
+        };
         let pipeline = gpu.checked(label, 0, || {
             gpu.device()
                 .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -109,7 +133,7 @@ impl CellPass {
                         buffers: &[],
                     },
                     primitive: Default::default(),
-                    depth_stencil: None,
+                    depth_stencil: depth,
                     multisample: Default::default(),
                     fragment: Some(wgpu::FragmentState {
                         module,
@@ -118,7 +142,7 @@ impl CellPass {
                             constants: &constants,
                             ..Default::default()
                         },
-                        targets: &[Some(target)],
+                        targets,
                     }),
                     multiview_mask: None,
                     cache: None,

@@ -3,6 +3,7 @@
 use tetrascope_core::{Error, OpticalModel, Volume};
 use tetrascope_projection::{
     ABILITIES, CellLayout, ExitSearch, Integration, NAME, Order, Projection, ProjectionOptions,
+    SurfaceSearch,
 };
 
 use super::{Algorithm, choice};
@@ -38,6 +39,30 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
                 max: Integration::MOST_2D as i64,
             },
             default: "128",
+        },
+        Setting {
+            name: "surfaces",
+            about: "how isosurfaces are found in a cell: by the crossing, or by a table as published",
+            values: Values::Choice(&["exact", "table"]),
+            default: "exact",
+        },
+        Setting {
+            name: "surface-table-size",
+            about: "samples along each axis of a table of isosurfaces",
+            values: Values::Integer {
+                min: 2,
+                max: SurfaceSearch::MOST as i64,
+            },
+            default: "256",
+        },
+        Setting {
+            name: "surface-thickness",
+            about: "how far isosurfaces in a table reach on either side, samples",
+            values: Values::Number {
+                min: 0.0,
+                max: 16.0,
+            },
+            default: "1",
         },
         Setting {
             name: "exit",
@@ -91,7 +116,12 @@ fn sweep(model: OpticalModel) -> &'static [&'static str] {
             "integration=table-3d,table-size=32",
             "integration=table-3d,table-size=128",
         ],
-        OpticalModel::Isosurfaces => &[""],
+        OpticalModel::Isosurfaces => &[
+            "",
+            "surfaces=table,surface-table-size=64",
+            "surfaces=table,surface-table-size=256",
+            "surfaces=table,surface-table-size=1024",
+        ],
         _ => &[
             "",
             "integration=table-2d,table-size=32",
@@ -104,8 +134,8 @@ fn sweep(model: OpticalModel) -> &'static [&'static str] {
 /// At a step of the transfer function a table errs by a share of the step, however fine
 /// it is; the crate's tests hold tables to bounds for smooth ones.
 fn admits(settings: &Settings) -> f64 {
-    match settings.get("integration") {
-        "exact" => 0.0,
+    match (settings.get("integration"), settings.get("surfaces")) {
+        ("exact", "exact") => 0.0,
         _ => 1.0,
     }
 }
@@ -116,6 +146,13 @@ fn options(settings: &Settings) -> ProjectionOptions {
         integration: choice(settings, "integration", &Integration::ALL)(
             settings.integer("table-size") as u32,
         ),
+        surfaces: match settings.get("surfaces") {
+            "exact" => SurfaceSearch::Exact,
+            _ => SurfaceSearch::Table {
+                n: settings.integer("surface-table-size") as u32,
+                thickness: settings.number("surface-thickness") as f32,
+            },
+        },
         exit_search: choice(settings, "exit", &ExitSearch::ALL),
         cell_layout: choice(settings, "layout", &CellLayout::ALL),
         ..ProjectionOptions::default()

@@ -1,0 +1,126 @@
+// Surface: where the ray through a pixel meets an isosurface in a cell, flat shaded.
+//
+// Weiler, Kraus, Ertl 2002, §5.2; with `SURFACE_TABLE` as there, by a thickened table over
+// the scalars at the ray's entry and exit, else by the crossing itself. Cells come in any
+// order, and the depth buffer hides.
+// In:   Varying.
+// Out:  the color over everything; depth along the axis, from the anchor; the same as
+//       depth in [0, 1].
+// With: projection/frame.wgsl, projection/mesh.wgsl, projection/footprint.wgsl, projection/chord.wgsl,
+//       common/sides.wgsl, common/look.wgsl
+
+// Samples a side of the table, 0 without one, and the scalars at its ends.
+override SURFACE_TABLE: u32 = 0u;
+override SURFACE_LOW: f32 = 0.0;
+override SURFACE_HIGH: f32 = 1.0;
+
+@group(2) @binding(0) var<uniform> look: Look;
+@group(2) @binding(1) var<storage, read> look_items: array<vec4f>;
+// Which surface is seen first between two scalars, or surface_count.
+@group(2) @binding(2) var seen: texture_2d<u32>;
+
+fn look_of(i: u32) -> vec4f {
+    return look_items[i];
+}
+
+struct Met {
+    @location(0) color: vec4f,
+    @location(1) along: f32,
+    @builtin(frag_depth) depth: f32,
+}
+
+// Farther than anything before the eye is from the anchor along the axis: the mesh is in a
+// ball of radius √3, and the anchor beside its center or before it.
+const REACH: f32 = 2.0;
+
+@fragment
+fn fs_surface(in: Varying) -> Met {
+    let x = 2.0 * in.position.x / frame.size.x - 1.0;
+    let y = 1.0 - 2.0 * in.position.y / frame.size.y;
+    let through = vec2f(x, y) * frame.extent;
+    let slope = vec2f(x, y) * frame.slope;
+    // As in chord.wgsl.
+    let p0 = vec4f(fma(-slope, in.v0.zz, in.v0.xy - through), in.v0.zw);
+    let p1 = vec4f(fma(-slope, in.v1.zz, in.v1.xy - through), in.v1.zw);
+    let p2 = vec4f(fma(-slope, in.v2.zz, in.v2.xy - through), in.v2.zw);
+    let p3 = vec4f(fma(-slope, in.v3.zz, in.v3.xy - through), in.v3.zw);
+    let s = sides(p0.xy, p1.xy, p2.xy, p3.xy);
+    let turns = vec4i(
+        same(s.of_rest.x, s.of_rest.z, -s.of_rest.y),
+        same(s.of_first.z, -s.of_rest.z, -s.of_first.y),
+        same(s.of_first.x, s.of_rest.y, -s.of_first.z),
+        same(s.of_first.y, -s.of_rest.x, -s.of_first.x),
+    );
+    if !any(turns == vec4i(1)) || !any(turns == vec4i(-1)) {
+        discard;
+    }
+    let entry = crossed_face(turns == vec4i(1), p0, p1, p2, p3);
+    let exit = crossed_face(turns == vec4i(-1), p0, p1, p2, p3);
+    let eye = -frame.anchor_depth;
+    if exit.x < eye {
+        discard;
+    }
+    // The eye is inside: the ray starts there.
+    var front = entry;
+    if entry.x < eye {
+        front = vec2f(eye, mix(entry.y, exit.y, (eye - entry.x) / (exit.x - entry.x)));
+    }
+    let met = crossing_between(front.y, exit.y);
+    if met.surface == look.surface_count {
+        discard;
+    }
+    let along = mix(front.x, exit.x, met.share);
+    let direction = normalize(vec3f(slope, 1.0));
+    let gradient = gradient_of(in.v0, in.v1, in.v2, in.v3);
+    return Met(
+        vec4f(shade(met.surface, gradient, direction), 1.0),
+        along,
+        saturate(0.5 + along / (2.0 * REACH)),
+    );
+}
+
+fn crossing_between(front: f32, back: f32) -> Crossing {
+    if SURFACE_TABLE == 0u {
+        return nearest_crossing(front, back);
+    }
+    let place = (vec2f(front, back) - SURFACE_LOW) / max(SURFACE_HIGH - SURFACE_LOW, 1e-30);
+    let texel = vec2u(saturate(place) * f32(SURFACE_TABLE));
+    let surface = textureLoad(seen, min(texel, vec2u(SURFACE_TABLE - 1u)), 0).x;
+    if surface == look.surface_count {
+        return Crossing(surface, 0.0);
+    }
+    // Where the surface is thicker than the segment goes, its nearer end.
+    let rise = back - front;
+    let share = (look_of(surface).w - front) / select(1.0, rise, rise != 0.0);
+    return Crossing(surface, saturate(share));
+}
+
+// Depth and scalar where the ray crosses the one face that is marked, of those opposite
+// vertex 0, 1, 2, 3.
+fn crossed_face(opposite: vec4<bool>, p0: vec4f, p1: vec4f, p2: vec4f, p3: vec4f) -> vec2f {
+    let a = select(p0, p1, opposite.x);
+    let b = select(p1, p2, opposite.x || opposite.y);
+    let c = select(p3, p2, opposite.w);
+    // Sorted, so that both cells of the face compute with the same numbers in the same
+    // order and get the same bits. Else a surface through a shared face could be behind it
+    // for the one and before it for the other, and be drawn by none.
+    let low = select(b, a, comes_first(a.xy, b.xy));
+    let high = select(a, b, comes_first(a.xy, b.xy));
+    let first = select(c, low, comes_first(low.xy, c.xy));
+    let rest = select(low, c, comes_first(low.xy, c.xy));
+    let second = select(rest, high, comes_first(high.xy, rest.xy));
+    let third = select(high, rest, comes_first(high.xy, rest.xy));
+    let w1 = abs(edge(second.xy, third.xy));
+    let w2 = abs(edge(first.xy, third.xy));
+    let w3 = abs(edge(first.xy, second.xy));
+    let total = max(w1 + w2 + w3, 1e-36);
+    // From the first corner: a face on which the scalar is one has it to the last bit.
+    let met = first.zw + (w2 * (second.zw - first.zw) + w3 * (third.zw - first.zw)) / total;
+    let least = min(first.zw, min(second.zw, third.zw));
+    let greatest = max(first.zw, max(second.zw, third.zw));
+    return clamp(met, least, greatest);
+}
+
+fn comes_first(a: vec2f, b: vec2f) -> bool {
+    return a.x < b.x || (a.x == b.x && a.y < b.y);
+}
