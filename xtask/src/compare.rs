@@ -20,7 +20,9 @@ use tetrascope::{Algorithm, Context, Settings};
 use crate::metrics::{ImageError, median};
 use crate::picture::{difference_map, png, shown};
 use crate::plot::{self, Series};
-use crate::report::{Check, Drawn, ModelReport, Outcome, Pictures, Row, SceneReport, scientific};
+use crate::report::{
+    Check, Drawn, ErrorSource, ModelReport, Outcome, Pictures, Row, SceneReport, scientific,
+};
 use crate::{machine, setup};
 
 /// What to compare.
@@ -294,7 +296,49 @@ fn model_report(scene: &Scene, model: OpticalModel, contenders: &[Contender]) ->
         size: [scene.view.width, scene.view.height],
         truth_bound: truth.and_then(|frame| frame.stats.error_bound),
         rows: rows.collect(),
+        sources: sources(contenders),
     }
+}
+
+/// The differences that tell an algorithm's sources of error apart: what is to blame,
+/// the algorithm, the setting that has it, and the one that has not; `None` is the truth.
+const SOURCES: &[(&str, &str, &str, Option<&str>)] = &[
+    (
+        "table alone",
+        "projection",
+        "order=per-pixel,integration=table-3d,table-size=128",
+        Some("order=per-pixel"),
+    ),
+    ("order alone", "projection", "order=centroid", None),
+    (
+        "both",
+        "projection",
+        "order=centroid,integration=table-3d,table-size=128",
+        None,
+    ),
+];
+
+/// Those of [`SOURCES`] of which all was drawn.
+fn sources(contenders: &[Contender]) -> Vec<ErrorSource> {
+    let drawn = |name: &str, setting: &str| {
+        let of = |c: &&Contender| c.algorithm.name == name && c.setting == setting;
+        contenders.iter().find(of)?.frame.as_ref()
+    };
+    let compared = SOURCES.iter().map(|&(source, algorithm, with, without)| {
+        let frame = drawn(algorithm, with)?;
+        let (against, name) = match without {
+            Some(setting) => (drawn(algorithm, setting)?, format!("{algorithm} {setting}")),
+            None => (truth_of(contenders)?, plan::TRUTH.into()),
+        };
+        Some(ErrorSource {
+            source,
+            with: format!("{algorithm} {with}"),
+            against: name,
+            error: ImageError::between(against, frame),
+        })
+    });
+    // Where one is not drawn, the others say nothing about a whole.
+    compared.collect::<Option<Vec<_>>>().unwrap_or_default()
 }
 
 fn truth_of(contenders: &[Contender]) -> Option<&Frame> {

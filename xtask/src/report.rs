@@ -98,6 +98,21 @@ pub struct ModelReport {
     pub truth_bound: Option<f64>,
     /// One an algorithm and setting.
     pub rows: Vec<Row>,
+    /// Where the error of some rows comes from.
+    pub sources: Vec<ErrorSource>,
+}
+
+/// A part of an algorithm's error that two of its settings tell apart.
+#[derive(Debug, Serialize)]
+pub struct ErrorSource {
+    /// What is to blame, in words.
+    pub source: &'static str,
+    /// The algorithm and setting that has it.
+    pub with: String,
+    /// What it is compared with, which has not.
+    pub against: String,
+    /// The difference.
+    pub error: ImageError,
 }
 
 /// One algorithm with one setting.
@@ -387,6 +402,21 @@ impl Report {
             table.push_str(cells.collect::<Vec<_>>().join("  ").trim_end());
             table.push('\n');
         }
+        for scene in &self.scenes {
+            for model in &scene.models {
+                for part in &model.sources {
+                    let ErrorSource { source, with, .. } = part;
+                    table.push_str(&format!(
+                        "{} {}: {source}: RMSE {}, max {}: {with} against {}\n",
+                        scene.name,
+                        model.model,
+                        scientific(part.error.rmse),
+                        scientific(part.error.max),
+                        part.against
+                    ));
+                }
+            }
+        }
         for line in skipped {
             table.push_str(&line);
             table.push('\n');
@@ -507,6 +537,12 @@ mod tests {
                     size: [4, 4],
                     truth_bound: Some(1e-12),
                     rows,
+                    sources: vec![ErrorSource {
+                        source: "order alone",
+                        with: "projection order=centroid".into(),
+                        against: "reference".into(),
+                        error,
+                    }],
                 }],
             }],
             checks: vec![Check {
@@ -533,6 +569,7 @@ mod tests {
             "2.00e-5",
             "data:image/png;base64,cG5n",
             "none found",
+            "order alone",
         ] {
             assert!(page.contains(text), "{text}");
         }
@@ -546,12 +583,13 @@ mod tests {
     fn the_table_has_a_line_a_row_and_says_what_was_skipped() {
         let table = report("sphere").to_table();
         let lines: Vec<_> = table.lines().collect();
-        assert_eq!(lines.len(), 4, "{table}");
+        assert_eq!(lines.len(), 5, "{table}");
         assert!(
             lines[2].contains("1.50e-4") && lines[2].contains("gpu"),
             "{table}"
         );
-        assert!(lines[3].contains("skipped: no <adapter>"), "{table}");
+        assert!(lines[3].contains("order alone: RMSE 1.50e-4"), "{table}");
+        assert!(lines[4].contains("skipped: no <adapter>"), "{table}");
     }
 
     #[test]
