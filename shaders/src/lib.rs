@@ -49,6 +49,7 @@ macro_rules! cell_program {
             "preintegration/axes.wgsl",
             "preintegration/lookup.wgsl",
             "projection/transfer.wgsl",
+            "projection/pieces.wgsl",
             "projection/segment.wgsl",
             $($part),+
         )
@@ -124,16 +125,7 @@ pub mod projection {
     /// Pass 3: draw the cells and blend what each adds.
     pub const CELL: &str = cell_program!("projection/cell.wgsl");
     /// Pass 3 for isosurfaces: draw where rays meet them in cells.
-    pub const SURFACE: &str = program!(
-        "projection/frame.wgsl",
-        "projection/vertices.wgsl",
-        "projection/mesh.wgsl",
-        "common/sides.wgsl",
-        "projection/footprint.wgsl",
-        "projection/chord.wgsl",
-        "common/look.wgsl",
-        "projection/surface.wgsl",
-    );
+    pub const SURFACE: &str = cell_program!("common/look.wgsl", "projection/surface.wgsl");
     /// Pass 4 for isosurfaces: put them among other geometry.
     pub const AMONG: &str = program!("projection/frame.wgsl", "projection/among.wgsl");
     /// Pass 3, sorted in each pixel: draw the cells and list what each adds.

@@ -11,7 +11,7 @@ use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
 use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, ScalarMap, Timer, read_back, timer};
+use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, timer};
 
 use crate::frame::{along_rays, camera_space, frame};
 use crate::mpvo::Mpvo;
@@ -245,15 +245,16 @@ impl Projection {
                 } else if let Sorting::Mpvo(mpvo) = sorting {
                     let sorted = mpvo.sorted(view, normalization);
                     stats.visibility_cycles = Some(sorted.cycles);
-                    stats.bytes_uploaded = 4 * sorted.cells.len() as u64;
+                    let items = scene.look.items_of(sorted.cells);
+                    stats.bytes_uploaded = 4 * items.len() as u64;
                     let label = "projection::mpvo";
-                    let cells = gpu.upload(label, &sorted.cells, BufferUsages::STORAGE)?;
+                    let items = gpu.upload(label, &items, BufferUsages::STORAGE)?;
                     let uploaded = Uploaded {
                         geometry: &scene.geometry,
                         field,
                         look: &scene.look,
                     };
-                    cell.volume_group = self.cell_pass.volume_group(gpu, uploaded, &cells)?;
+                    cell.volume_group = self.cell_pass.volume_group(gpu, uploaded, &items)?;
                 }
                 gpu.checked("projection::cell", 0, || {
                     let pass = &self.cell_pass;
@@ -282,7 +283,7 @@ impl Projection {
         let uniform = frame(
             view,
             &scene.geometry.normalization,
-            scene.look.drawn_count(),
+            scene.look.items,
             scene.field.per_cell,
         );
         let label = "projection::frame";
@@ -368,6 +369,7 @@ impl Projection {
             &scene.field.scalars,
             &look.ranges,
             &look.drawn,
+            &look.pieces.list,
         ];
         let textures = [&geometry.transformed, &look.intervals];
         // Four numbers a texel.
@@ -377,7 +379,7 @@ impl Projection {
             Sorting::Mpvo(_) => (0, true),
             Sorting::None | Sorting::PerPixel => (0, false),
         };
-        let drawn = u64::from(look.drawn_count());
+        let drawn = look.cells.len() as u64;
         let mut stats = FrameStats::default();
         stats.cells_drawn = Some(drawn);
         stats.cells_skipped = Some(geometry.mesh.cell_count() as u64 - drawn);
@@ -528,7 +530,12 @@ impl Parts<'_> {
         let gpu = self.gpu;
         let model = appearance.optical_model;
         let integration = (self.options.integration, table);
-        let look = Look::upload(gpu, &geometry, &field.map, appearance, integration)?;
+        // Tables and surfaces want whole segments, and lists in pixels sort those.
+        let in_lists = matches!(self.sorter, Sorter::PerPixel(_)) && !model.commutes();
+        let pieces = self.options.integration == Integration::Exact
+            && model != OpticalModel::Isosurfaces
+            && !in_lists;
+        let look = Look::upload(gpu, &geometry, &field.map, appearance, integration, pieces)?;
         let sorting = match self.sorter {
             _ if model.commutes() => Sorting::None,
             Sorter::None => Sorting::None,

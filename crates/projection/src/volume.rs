@@ -26,6 +26,13 @@ const INTERVALS_PER_ROW: u32 = 256;
 /// Cells name intervals in 16 bits.
 const MOST_INTERVALS: usize = 1 << 16;
 
+/// What a list without pieces has, as in `order.wgsl`.
+const NO_CELL: u32 = u32::MAX;
+
+/// Pieces a cell, on average, beyond which cells are drawn whole. On llvmpipe a piece costs
+/// as much as a turn of the loop; elsewhere, memory.
+const MOST_PIECES: u64 = 2;
+
 /// The size of a texture with `count` items, `per_row` in each row.
 fn texels(count: usize, per_row: u32) -> (u32, u32) {
     let rows = (count as u64).div_ceil(per_row.into()).max(1);
@@ -64,12 +71,24 @@ pub(crate) struct Look {
     /// The first and the last interval of each cell, 16 bits each.
     pub(crate) ranges: wgpu::Buffer,
     pub(crate) table: Table,
-    /// Indices of the cells that are drawn.
+    /// The items that are drawn: cells or, where `pieces` has any, those.
     pub(crate) drawn: wgpu::Buffer,
-    /// The same, by index.
+    pub(crate) items: u32,
+    /// Indices of the cells that are drawn.
     pub(crate) cells: Arc<[u32]>,
+    pub(crate) pieces: Pieces,
     /// A bound of the optical depth of any segment.
     pub(crate) deepest: f32,
+}
+
+/// Cells in pieces, one for each interval of the transfer function (`pieces.wgsl`).
+#[derive(Clone, Debug)]
+pub(crate) struct Pieces {
+    /// A cell and how many of its pieces come before, by piece.
+    pub(crate) list: wgpu::Buffer,
+    /// The first piece of each of the mesh's cells, and the end of the last; or nothing
+    /// where cells are drawn whole.
+    pub(crate) starts: Option<Arc<[u32]>>,
 }
 
 /// The mesh of `volume`, or why there is none.
@@ -139,18 +158,24 @@ impl Field {
 }
 
 impl Look {
-    /// How many cells are drawn.
-    pub(crate) fn drawn_count(&self) -> u32 {
-        self.cells.len() as u32
+    /// The items of `cells`, in their order.
+    pub(crate) fn items_of(&self, cells: Vec<u32>) -> Vec<u32> {
+        let Some(starts) = &self.pieces.starts else {
+            return cells;
+        };
+        let pieces = |cell: u32| starts[cell as usize]..starts[cell as usize + 1];
+        cells.into_iter().flat_map(pieces).collect()
     }
 
-    /// With `table`, the last look's, that is kept if nothing in it changes.
+    /// With `table`, the last look's, that is kept if nothing in it changes. Cells are in
+    /// pieces if `pieces` and if there are not too many.
     pub(crate) fn upload(
         gpu: &Gpu,
         geometry: &Geometry,
         map: &ScalarMap,
         appearance: &Appearance,
         (integration, table): (Integration, Option<&Table>),
+        pieces: bool,
     ) -> Result<Look, Error> {
         let (drawn, deepest) = visible_cells(&geometry.mesh, map, appearance);
         let tf = &appearance.transfer_function;
@@ -174,6 +199,21 @@ impl Look {
             None => Table::new(gpu, NAME, &source)?,
         };
         let ranges = ranges(&geometry.mesh, map, &intervals);
+        let pieces = pieces
+            .then(|| in_pieces(&geometry.mesh, &drawn, &ranges))
+            .flatten();
+        let items = pieces
+            .as_ref()
+            .map(|(list, _)| (0..list.len() as u32).collect::<Vec<_>>());
+        let (list, starts) = pieces.unzip();
+        let pieces = Pieces {
+            list: gpu.upload(
+                "the cells' pieces",
+                &list.unwrap_or_else(|| vec![[NO_CELL, 0]]),
+                STORAGE,
+            )?,
+            starts: starts.map(Arc::from),
+        };
         let interval_count = intervals.len() as u32;
         let (width, height) = texels(intervals.len(), INTERVALS_PER_ROW);
         intervals.resize((width * height) as usize, Zeroable::zeroed());
@@ -189,7 +229,13 @@ impl Look {
             intervals: texture,
             interval_count,
             ranges: gpu.upload("the cells' intervals", &ranges, STORAGE)?,
-            drawn: gpu.upload("the list of drawn cells", &drawn, STORAGE)?,
+            drawn: gpu.upload(
+                "the list of drawn cells",
+                items.as_deref().unwrap_or(&drawn),
+                STORAGE,
+            )?,
+            items: items.as_ref().unwrap_or(&drawn).len() as u32,
+            pieces,
             cells: drawn.into(),
             // Rounded up: f32 may be under the bound by 2⁻²⁴ of it, and the shader's
             // own rounding over it by as little.
@@ -265,6 +311,36 @@ fn ranges(mesh: &TetMesh, map: &ScalarMap, intervals: &[Interval]) -> Vec<u32> {
         first.min(last) | first.max(last) << 16
     };
     (0..mesh.cell_count()).map(range).collect()
+}
+
+/// Each piece of `cells` and where each cell's begin, or nothing where fragments had
+/// better loop: each piece costs a footprint and the search for the chord.
+///
+/// `ranges` as [`ranges`] gives them. A constant cell is one piece.
+fn in_pieces(mesh: &TetMesh, cells: &[u32], ranges: &[u32]) -> Option<(Vec<[u32; 2]>, Vec<u32>)> {
+    let count = |cell: u32| {
+        let [first, rest @ ..] = mesh.cell_scalars(cell as usize);
+        let range = ranges[cell as usize];
+        let constant = rest.iter().all(|s| *s == first);
+        if constant {
+            1
+        } else {
+            (range >> 16) - (range & 0xffff) + 1
+        }
+    };
+    let total: u64 = cells.iter().map(|c| u64::from(count(*c))).sum();
+    if total > MOST_PIECES * cells.len() as u64 || total > u64::from(u32::MAX / 4) {
+        return None;
+    }
+    let mut list = Vec::with_capacity(total as usize);
+    let mut starts = Vec::with_capacity(mesh.cell_count() + 1);
+    for &cell in cells {
+        // Cells that are not drawn have no pieces.
+        starts.resize(cell as usize + 1, list.len() as u32);
+        list.extend((0..count(cell)).map(|rank| [cell, rank]));
+    }
+    starts.resize(mesh.cell_count() + 1, list.len() as u32);
+    Some((list, starts))
 }
 
 /// Whether four points lie in a plane, whatever their scale.

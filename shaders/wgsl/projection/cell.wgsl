@@ -13,7 +13,7 @@ fn fs_cell(in: Varying) -> @location(0) vec4f {
     if chord.length <= 0.0 {
         return vec4f(0.0);
     }
-    let sum = segment_within(in.range, chord.front, chord.back, chord.length);
+    let sum = segment_within(in, chord);
     switch MODEL {
         case EMISSION_ABSORPTION: {
             return vec4f(sum.xyz, segment_opacity(sum));

@@ -11,7 +11,7 @@ fn fs_fill(in: Varying) {
     if chord.length <= 0.0 {
         return;
     }
-    let sum = segment_within(in.range, chord.front, chord.back, chord.length);
+    let sum = segment_within(in, chord);
     let number = 1u + atomicAdd(&heads[0], 1u);
     // The tile was chosen so that all fit; if not, the count tells.
     if number > tile.capacity {

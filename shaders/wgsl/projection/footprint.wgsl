@@ -7,11 +7,8 @@
 // this avoids loops and indexed arrays, which cost software rasterizers most.
 // In:   drawn, cells, ranges, transformed; four corners of each by a fixed index buffer.
 // Out:  Varying.
-// With: projection/frame.wgsl, projection/mesh.wgsl, projection/transfer.wgsl
-
-// The first and the last interval of the transfer function that each cell's scalars are
-// in, 16 bits each.
-@group(1) @binding(5) var<storage, read> ranges: array<u32>;
+// With: projection/frame.wgsl, projection/mesh.wgsl, projection/transfer.wgsl,
+//       projection/pieces.wgsl
 
 struct Varying {
     @builtin(position) position: vec4f,
@@ -20,12 +17,18 @@ struct Varying {
     @location(1) @interpolate(flat) v1: vec4f,
     @location(2) @interpolate(flat) v2: vec4f,
     @location(3) @interpolate(flat) v3: vec4f,
+    // The first and the last interval of the cell's scalars.
     @location(4) @interpolate(flat) range: vec2u,
+    // Where `PIECES`: see pieces.wgsl.
+    @location(5) @interpolate(flat) at_low: vec4f,
+    @location(6) @interpolate(flat) at_high: vec4f,
+    @location(7) @interpolate(flat) ends: vec2f,
 }
 
 @vertex
 fn vs_cell(@builtin(vertex_index) index: u32) -> Varying {
-    let cell = drawn[index / 4u];
+    let item = cell_of(drawn[index / 4u]);
+    let cell = item.x;
     let v = cells[cell];
     let range = ranges[cell];
     var out: Varying;
@@ -48,6 +51,9 @@ fn vs_cell(@builtin(vertex_index) index: u32) -> Varying {
     );
     let pixel = footprint(corners, index % 4u);
     out.position = vec4f(2.0 * pixel / frame.size, 0.5, 1.0);
+    if PIECES {
+        choose_piece(&out, item.y);
+    }
     return out;
 }
 

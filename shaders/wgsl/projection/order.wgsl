@@ -1,10 +1,10 @@
-// Order: a key for each drawn cell, greater nearer to the eye.
+// Order: a key for each drawn item, greater nearer to the eye.
 //
 // The distance of the centroid from the eye (perspective) or along the view
 // (orthographic). Of d² = (z + anchor)² + x² + y² only d² − anchor² is kept, which
 // loses no digits when the eye is far, in steps of a 2²⁴th of its range.
 // In:   cells, transformed, drawn.
-// Out:  keys and values (cell indices) for the radix sort, back to front.
+// Out:  keys and values (items) for the radix sort, back to front.
 // With: projection/frame.wgsl, projection/mesh.wgsl
 
 @group(2) @binding(0) var<storage, read_write> keys: array<u32>;
@@ -16,8 +16,10 @@ fn cs_order(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
     if i >= frame.cell_count {
         return;
     }
-    let cell = drawn[i];
-    let v = cells[cell];
+    let item = drawn[i];
+    // Not `cell_of`: this pass is not compiled again for other transfer functions.
+    let piece = pieces[min(item, arrayLength(&pieces) - 1u)];
+    let v = cells[select(piece.x, item, piece.x == NO_CELL)];
     let c = 0.25 * (vertex(v.x) + vertex(v.y) + vertex(v.z) + vertex(v.w)).xyz;
     var near = c.z;
     if frame.w_per_depth > 0.0 {
@@ -25,5 +27,8 @@ fn cs_order(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
     }
     let key = clamp((frame.far_key - near) * frame.key_scale, 0.0, 16777215.0);
     keys[i] = u32(key);
-    values[i] = cell;
+    values[i] = item;
 }
+
+// `volume::NO_CELL`.
+const NO_CELL: u32 = 0xffffffffu;

@@ -2,14 +2,18 @@
 //
 // Weiler, Kraus, Ertl 2002, §5.1. As `integrate` of common/optics.wgsl, but the cell says
 // in which intervals its scalars are, so no fragment searches.
-// With: common/transfer_function.wgsl, common/optics.wgsl, preintegration/lookup.wgsl
+// With: common/transfer_function.wgsl, common/optics.wgsl, preintegration/lookup.wgsl,
+//       projection/pieces.wgsl
 
-// `segment` of lookup.wgsl.
-fn segment_within(range: vec2u, front: f32, back: f32, length: f32) -> vec4f {
-    if TABLE_AXES == 0u {
-        return integrate_within(range.x, range.y, front, back, length);
+// `segment` of lookup.wgsl for a ray's part in a cell.
+fn segment_within(in: Varying, chord: Chord) -> vec4f {
+    if PIECES {
+        return integrate_piece(in, chord.front, chord.back, chord.length);
     }
-    return segment(front, back, length);
+    if TABLE_AXES == 0u {
+        return integrate_within(in.range.x, in.range.y, chord.front, chord.back, chord.length);
+    }
+    return segment(chord.front, chord.back, chord.length);
 }
 
 // What a segment adds on which the scalar goes linearly from `front` to `back` within the

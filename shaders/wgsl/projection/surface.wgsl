@@ -6,7 +6,7 @@
 // In:   Varying.
 // Out:  the color over everything; depth along the axis, from the anchor; the same as
 //       depth in [0, 1].
-// With: projection/frame.wgsl, projection/mesh.wgsl, projection/footprint.wgsl, projection/chord.wgsl,
+// With: projection/chord.wgsl and what it needs,
 //       common/sides.wgsl, common/look.wgsl
 
 // Samples a side of the table, 0 without one, and the scalars at its ends.

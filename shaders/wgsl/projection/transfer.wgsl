@@ -4,9 +4,12 @@
 // Intervals are in a texture, three texels each, as software rasterizers read those
 // faster than buffers.
 
-@group(1) @binding(4) var intervals: texture_2d<f32>;
+@group(1) @binding(5) var intervals: texture_2d<f32>;
+// The first and the last interval of the transfer function that each cell's scalars are
+// in, 16 bits each.
+@group(1) @binding(6) var<storage, read> ranges: array<u32>;
 // One texel where `TABLE_AXES` is 0.
-@group(1) @binding(6) var table: texture_3d<f32>;
+@group(1) @binding(7) var table: texture_3d<f32>;
 
 override INTERVAL_COUNT: u32 = 1u;
 

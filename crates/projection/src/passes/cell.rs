@@ -67,7 +67,7 @@ impl CellPass {
         gpu.checked(label, 0, || {
             let stages = ShaderStages::VERTEX_FRAGMENT;
             let frame_layout = layout(gpu, label, stages, &[UNIFORM]);
-            let types = [TEXELS, READ, READ, READ, TEXELS, READ, TABLE];
+            let types = [TEXELS, READ, READ, READ, READ, TEXELS, READ, TABLE];
             let volume_layout = layout(gpu, label, stages, &types);
             CellPass {
                 module: module(gpu, label, CELL),
@@ -94,7 +94,13 @@ impl CellPass {
             ("DEEPEST", f64::from(uploaded.look.deepest)),
             ("INTERVAL_COUNT", uploaded.look.interval_count.into()),
         ];
-        let per_cell = [("SCALARS_PER_CELL", uploaded.field.per_cell.into())];
+        let in_pieces = ("PIECES", uploaded.look.pieces.starts.is_some().into());
+        constants.push(in_pieces);
+        let per_vertex = [
+            ("SCALARS_PER_CELL", uploaded.field.per_cell.into()),
+            ("INTERVAL_COUNT", uploaded.look.interval_count.into()),
+            in_pieces,
+        ];
         constants.extend(uploaded.look.table.constants(uploaded.field.range));
         let blended = [Some(wgpu::ColorTargetState {
             format: gathered_format(gpu, model),
@@ -127,7 +133,7 @@ impl CellPass {
                         module,
                         entry_point: Some("vs_cell"),
                         compilation_options: wgpu::PipelineCompilationOptions {
-                            constants: &per_cell,
+                            constants: &per_vertex,
                             ..Default::default()
                         },
                         buffers: &[],
@@ -151,7 +157,7 @@ impl CellPass {
         Ok(CellData {
             pipeline,
             volume_group: self.volume_group(gpu, uploaded, drawn)?,
-            count: uploaded.look.drawn_count(),
+            count: uploaded.look.items,
         })
     }
 
@@ -175,6 +181,7 @@ impl CellPass {
             field.scalars.as_entire_binding(),
             geometry.cells.as_entire_binding(),
             drawn.as_entire_binding(),
+            look.pieces.list.as_entire_binding(),
             BindingResource::TextureView(&intervals),
             look.ranges.as_entire_binding(),
             look.table.binding(),

@@ -41,7 +41,7 @@ impl OrderPass {
         gpu.checked(label, 0, || {
             let stage = ShaderStages::COMPUTE;
             let frame_layout = layout(gpu, label, stage, &[UNIFORM]);
-            let volume_layout = layout(gpu, label, stage, &[TEXELS, READ, READ, READ]);
+            let volume_layout = layout(gpu, label, stage, &[TEXELS, READ, READ, READ, READ]);
             let pair_layout = layout(gpu, label, stage, &[WRITE, WRITE]);
             let layouts = [&frame_layout, &volume_layout, &pair_layout];
             let pipeline = gpu
@@ -73,13 +73,14 @@ impl OrderPass {
         look: &Look,
     ) -> Result<OrderData, Error> {
         let label = "projection::order";
-        let pairs = self.sort.pairs(gpu, look.drawn_count(), KEY_BITS)?;
+        let pairs = self.sort.pairs(gpu, look.items, KEY_BITS)?;
         let transformed = geometry.transformed.create_view(&Default::default());
         let resources = [
             BindingResource::TextureView(&transformed),
             scalars.as_entire_binding(),
             geometry.cells.as_entire_binding(),
             look.drawn.as_entire_binding(),
+            look.pieces.list.as_entire_binding(),
         ];
         let (volume_group, pair_group) = gpu.checked(label, 0, || {
             let (keys, values) = (pairs.keys(), pairs.values());
@@ -93,7 +94,7 @@ impl OrderPass {
             pairs,
             volume_group,
             pair_group,
-            count: look.drawn_count(),
+            count: look.items,
         })
     }
 
@@ -124,7 +125,7 @@ impl OrderPass {
 }
 
 impl OrderData {
-    /// Cell indices, back to front once the pass has run.
+    /// Items, back to front once the pass has run.
     pub(crate) fn sorted(&self) -> &wgpu::Buffer {
         self.pairs.values()
     }
