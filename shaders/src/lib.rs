@@ -74,6 +74,8 @@ pub mod gather {
 
 /// The parts in `common`, as programs for their tests.
 pub mod common {
+    /// `sides.wgsl` over many points at once.
+    pub const SIDES: &str = program!("common/sides.wgsl", "common/sides_probe.wgsl");
     /// `optics.wgsl` and tables over many segments at once.
     pub const PROBE: &str = program!(
         "common/optics_model.wgsl",
@@ -166,6 +168,18 @@ pub mod raycast_peel {
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",
     );
+    /// The same for rays that are given one by one, to test it.
+    pub const AIM: &str = program!(
+        "common/optics_model.wgsl",
+        "common/transfer_function.wgsl",
+        "common/optics.wgsl",
+        "common/cue.wgsl",
+        "common/look.wgsl",
+        "common/sides.wgsl",
+        "raycast_peel/walk.wgsl",
+        "raycast_peel/march.wgsl",
+        "raycast_peel/aim.wgsl",
+    );
 }
 
 /// Ray casting a step a pass (`ping_pong` of `tetrascope-raycast-peel`).
@@ -199,6 +213,7 @@ pub const PROGRAMS: [(&str, &str); 24] = [
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
     ("common::PROBE", common::PROBE),
+    ("common::SIDES", common::SIDES),
     ("preintegration::FILL_COLOR", preintegration::FILL_COLOR),
     ("preintegration::FILL_DEPTH", preintegration::FILL_DEPTH),
     ("projection::TRANSFORM", projection::TRANSFORM),
@@ -214,6 +229,7 @@ pub const PROGRAMS: [(&str, &str); 24] = [
     ("slicing::SLICE_SIGNED", slicing::SLICE_SIGNED),
     ("slicing::SLICE_FILTERED", slicing::SLICE_FILTERED),
     ("raycast_peel::MARCH", raycast_peel::MARCH),
+    ("raycast_peel::AIM", raycast_peel::AIM),
     ("ping_pong::ENTRY", ping_pong::ENTRY),
     ("ping_pong::STEP", ping_pong::STEP),
     ("ping_pong::RETIRE", ping_pong::RETIRE),

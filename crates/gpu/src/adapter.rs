@@ -1,6 +1,6 @@
 //! Which device draws: an adapter of this machine, or what the application has.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use tetrascope_core::Error;
 use wgpu::Features;
@@ -46,6 +46,8 @@ struct Shared {
     limits: wgpu::Limits,
     features: Features,
     failure: Failure,
+    /// Whether `sides.wgsl` has to compare integers, once that is known.
+    integer_sides: OnceLock<bool>,
 }
 
 /// The first thing that went wrong outside of [`Gpu::checked`], in the driver's words.
@@ -122,6 +124,7 @@ impl Gpu {
                 device,
                 queue,
                 failure,
+                integer_sides: OnceLock::new(),
             }),
         }
     }
@@ -149,6 +152,11 @@ impl Gpu {
     /// The features that the device was made with.
     pub fn features(&self) -> Features {
         self.shared.features
+    }
+
+    /// What `sides` found out about the device.
+    pub(crate) fn integer_sides(&self) -> &OnceLock<bool> {
+        &self.shared.integer_sides
     }
 
     /// The adapter in one line: name, type, backend and driver.

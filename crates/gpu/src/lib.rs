@@ -25,6 +25,7 @@ pub mod memory;
 pub mod normalization;
 pub mod passes;
 pub mod preintegration;
+pub mod sides;
 pub mod sort;
 pub mod testing;
 pub mod timer;

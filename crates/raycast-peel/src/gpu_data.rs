@@ -42,6 +42,8 @@ pub(crate) struct Counters {
     pub(crate) paths: u32,
     /// Rays that cross the boundary an odd number of times.
     pub(crate) unpaired_faces: u32,
+    /// Rays that came out through a face that they do not cross.
+    pub(crate) lost_rays: u32,
 }
 
 #[cfg(test)]
@@ -76,7 +78,8 @@ mod tests {
                 cell_visits_low,
                 cell_visits_high,
                 paths,
-                unpaired_faces
+                unpaired_faces,
+                lost_rays
             }
         );
     }

@@ -14,6 +14,10 @@ pub struct RaycastOptions {
     pub stop_opacity: f32,
     /// In which order the mesh lies in memory.
     pub locality: Locality,
+    /// Whether the walk compares products as integers on every device. Otherwise it does
+    /// where products of floats are not rounded to nearest, which is slower and changes
+    /// nothing else. [`Passes::Single`] only.
+    pub integer_sides: bool,
     /// Tiles along each side of the image, 1 to 8. [`Passes::PingPong`] only.
     pub tiles: u32,
     /// Passes between two occlusion queries, at least 1; the paper's k.
@@ -52,6 +56,7 @@ impl Default for RaycastOptions {
             passes: Passes::Single,
             stop_opacity: 1.0,
             locality: Locality::Morton,
+            integer_sides: false,
             tiles: 4,
             query_interval: 8,
             // λ of a plane is a quotient of sums of three products of numbers up to 4: each

@@ -13,7 +13,7 @@ use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, timer};
+use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, sides, timer};
 
 use crate::gpu_data::{Counters, March};
 use crate::layout::Layout;
@@ -131,21 +131,18 @@ impl Mesh {
 }
 
 impl Style {
-    fn new(gpu: &Gpu, mesh: &Mesh, appearance: &Appearance) -> Result<Style, Error> {
+    fn new(
+        gpu: &Gpu,
+        mesh: &Mesh,
+        appearance: &Appearance,
+        options: &RaycastOptions,
+    ) -> Result<Style, Error> {
         let intervals = intervals(
             &appearance.transfer_function,
             &mesh.scalar_map,
             &mesh.normalization,
         );
-        let per_cell = mesh.source.scalars().association == Association::Cell;
-        let [clipped, cued] = look_constants(appearance);
-        let constants = [
-            clipped,
-            cued,
-            model_constant(appearance.optical_model),
-            ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
-            ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
-        ];
+        let constants = constants(gpu, mesh, appearance, &intervals, options)?;
         let pipeline = gpu.checked("raycast-peel::cast", 0, || {
             let module = gpu
                 .device()
@@ -174,6 +171,29 @@ impl Style {
             intervals: gpu.upload("raycast-peel::intervals", &intervals, BufferUsages::STORAGE)?,
         })
     }
+}
+
+/// The constants of `march.wgsl`.
+fn constants(
+    gpu: &Gpu,
+    mesh: &Mesh,
+    appearance: &Appearance,
+    intervals: &[Interval],
+    options: &RaycastOptions,
+) -> Result<Vec<(&'static str, f64)>, Error> {
+    let per_cell = mesh.source.scalars().association == Association::Cell;
+    let [clipped, cued] = look_constants(appearance);
+    Ok(vec![
+        match options.integer_sides {
+            true => sides::integer_sides(true),
+            false => sides::constant(gpu)?,
+        },
+        clipped,
+        cued,
+        model_constant(appearance.optical_model),
+        ("DEEPEST", deepest(intervals, mesh.longest_edge)),
+        ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
+    ])
 }
 
 /// The greatest edge of `mesh`, normalized.
@@ -209,7 +229,7 @@ impl Single {
         let map = ScalarMap::of_appearance(appearance, volume.scalar_range());
         let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options.locality)?;
         Ok(Single {
-            style: Style::new(gpu, &mesh, appearance)?,
+            style: Style::new(gpu, &mesh, appearance, options)?,
             mesh,
             gpu: gpu.clone(),
             options: *options,
@@ -380,13 +400,13 @@ impl VolumeRenderer for Single {
             self.mesh.source = source.clone();
             if !suits {
                 self.mesh.scalar_map = ScalarMap::of_appearance(appearance, range);
-                self.style = Style::new(&self.gpu, &self.mesh, &appearance.clone())?;
+                self.style = Style::new(&self.gpu, &self.mesh, &appearance.clone(), &self.options)?;
             }
             return self.mesh.write_scalars(&self.gpu);
         }
         let map = ScalarMap::of_appearance(&self.style.appearance, volume.scalar_range());
         let mesh = Mesh::new(&self.gpu, source, map, self.options.locality)?;
-        self.style = Style::new(&self.gpu, &mesh, &self.style.appearance)?;
+        self.style = Style::new(&self.gpu, &mesh, &self.style.appearance, &self.options)?;
         self.mesh = mesh;
         Ok(())
     }
@@ -397,7 +417,7 @@ impl VolumeRenderer for Single {
             self.mesh.scalar_map = ScalarMap::of_appearance(appearance, range);
             self.mesh.write_scalars(&self.gpu)?;
         }
-        self.style = Style::new(&self.gpu, &self.mesh, appearance)?;
+        self.style = Style::new(&self.gpu, &self.mesh, appearance, &self.options)?;
         Ok(())
     }
 
@@ -468,5 +488,9 @@ fn count(stats: &mut FrameStats, counters: ReadBack) -> Result<(), Error> {
     stats.cell_visits = Some(high | u64::from(counters.cell_visits_low));
     stats.paths = Some(counters.paths.into());
     stats.unpaired_faces = Some(counters.unpaired_faces.into());
+    stats.lost_rays = Some(counters.lost_rays.into());
     Ok(())
 }
+
+#[cfg(test)]
+mod aimed;

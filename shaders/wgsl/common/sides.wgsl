@@ -6,6 +6,10 @@
 // origin on none of their six lines, the origin lies in exactly 0 or 2 of the four
 // triangles. So cells that share a face agree about it, whatever their shapes.
 
+// Whether products are compared as integers: where the device does not round products of
+// floats to the nearest number, which WGSL leaves open (`sides` of tetrascope-gpu asks).
+override INTEGER_SIDES: bool = false;
+
 // The sign of a.x b.y - a.y b.x: on which side of the origin the line from a to
 // b passes. 0 only where a and b coincide.
 //
@@ -26,6 +30,9 @@ fn side(a: vec2f, b: vec2f) -> i32 {
 const TIED: i32 = 2;
 
 fn side_rounded(a: vec2f, b: vec2f) -> i32 {
+    if INTEGER_SIDES {
+        return side_of_integers(a, b);
+    }
     let left = a.x * b.y;
     let right = a.y * b.x;
     return select(select(TIED, -1, left < right), 1, left > right);
@@ -85,10 +92,52 @@ fn side_exact(a: vec2f, b: vec2f) -> i32 {
     let low = vec2u(mantissas.x * mantissas.y, mantissas.z * mantissas.w) << shift;
     let nearly = select(left * sign(bitcast<i32>(low.x - low.y)), left * sign(apart), abs(apart) > 1);
     let order = select(nearly, sign(left - right), left != right);
-    // An exact tie: the perturbed ray.
+    return select(perturbed(a, b), order, order != 0);
+}
+
+// An exact tie: the ray is moved by (e, e^2).
+fn perturbed(a: vec2f, b: vec2f) -> i32 {
     let across = select(0, select(-1, 1, b.x > a.x), a.x != b.x);
-    let tie = select(across, select(-1, 1, a.y > b.y), a.y != b.y);
-    return select(tie, order, order != 0);
+    return select(across, select(-1, 1, a.y > b.y), a.y != b.y);
+}
+
+// As `side`, by the exact products of 48 bits, whatever the device rounds.
+fn side_of_integers(a: vec2f, b: vec2f) -> i32 {
+    let x = bitcast<vec4u>(vec4f(a.x, b.y, a.y, b.x));
+    let biased = (x >> vec4u(23u)) & vec4u(0xffu);
+    let mantissas = select(vec4u(0u), (x & vec4u(0x7fffffu)) | vec4u(0x800000u), biased != vec4u(0u));
+    let signs = select(vec4i(1), vec4i(-1), (x >> vec4u(31u)) == vec4u(1u))
+        * select(vec4i(1), vec4i(0), mantissas == vec4u(0u));
+    let left = signs.x * signs.y;
+    let right = signs.z * signs.w;
+    if left != right {
+        return sign(left - right);
+    }
+    let exponents = vec4i(biased);
+    let apart = exponents.x + exponents.y - exponents.z - exponents.w;
+    // Mantissas' products are within a factor of 4.
+    var larger = sign(apart);
+    if abs(apart) <= 1 {
+        let p = product(mantissas.x, mantissas.y, u32(max(apart, 0)));
+        let q = product(mantissas.z, mantissas.w, u32(max(-apart, 0)));
+        larger = select(compare(p.x, q.x), compare(p.y, q.y), p.x == q.x);
+    }
+    let order = left * larger;
+    return select(perturbed(a, b), order, order != 0);
+}
+
+// a b 2^shift for numbers of 24 bits and a shift of at most 1, as the bits from the 24th
+// on and those below.
+fn product(a: u32, b: u32, shift: u32) -> vec2u {
+    let high = vec2u(a, b) >> vec2u(12u);
+    let low = vec2u(a, b) & vec2u(0xfffu);
+    let middle = high.x * low.y + low.x * high.y;
+    let rest = (low.x * low.y + ((middle & 0xfffu) << 12u)) << shift;
+    return vec2u(((high.x * high.y + (middle >> 12u)) << shift) + (rest >> 24u), rest & 0xffffffu);
+}
+
+fn compare(a: u32, b: u32) -> i32 {
+    return select(select(0, -1, a < b), 1, a > b);
 }
 
 // On which side all three edges of a crossed face pass, or 0 where it is not crossed.

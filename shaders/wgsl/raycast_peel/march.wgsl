@@ -37,6 +37,7 @@ struct Counters {
     cell_visits_high: atomic<u32>,
     paths: atomic<u32>,
     unpaired_faces: atomic<u32>, // rays that cross the boundary an odd number of times
+    lost_rays: atomic<u32>,      // rays that came out through a face that they do not cross
 }
 
 @group(0) @binding(0) var<uniform> march: March;
@@ -379,6 +380,7 @@ const TILE: u32 = 8u;
 var<workgroup> tile_visits: atomic<u32>;
 var<workgroup> tile_paths: atomic<u32>;
 var<workgroup> tile_unpaired: atomic<u32>;
+var<workgroup> tile_lost: atomic<u32>;
 
 @compute @workgroup_size(TILE, TILE)
 fn cs_cast(
@@ -400,6 +402,7 @@ fn cs_cast(
         }
         atomicAdd(&counters.paths, atomicLoad(&tile_paths));
         atomicAdd(&counters.unpaired_faces, atomicLoad(&tile_unpaired));
+        atomicAdd(&counters.lost_rays, atomicLoad(&tile_lost));
     }
 }
 
@@ -419,15 +422,34 @@ fn cast_ray(pixel: vec2u) -> u32 {
     let cue = vec2f(dot(look.cue.xyz, anchor) + look.cue.w, dot(look.cue.xyz, direction));
     let line = Line(direction, max(eye_t, left.x), left.y, cue);
     var ray = nothing_gathered();
-    var visits = 0u;
     let tile = pixel.y / TILE * march.tiles_x + pixel.x / TILE;
-    var found = search(tile, shear, 0.0, 0u, true);
-    if found.total % 2u == 1u {
-        atomicAdd(&tile_unpaired, 1u);
+    let traced = trace(tile, shear, line, &ray);
+    atomicAdd(&tile_paths, traced.paths);
+    atomicAdd(&tile_unpaired, traced.crossings % 2u);
+    atomicAdd(&tile_lost, traced.lost);
+    textureStore(image, pixel, over(ray, march.background));
+    if MODEL == ISOSURFACES {
+        // World units from where the ray starts.
+        let depth = select((ray.surface_t - eye_t) * march.scale, NO_SURFACE, ray.surface_t == FAR_AWAY);
+        textureStore(depths, pixel, vec4f(depth, 0.0, 0.0, 0.0));
     }
+    return traced.visits;
+}
+
+// What a ray did.
+struct Traced {
+    crossings: u32, // of the boundary
+    paths: u32,     // through the mesh
+    visits: u32,    // of cells
+    lost: u32,      // 1 if it came out through a face that it does not cross
+}
+
+// Follows a ray along all its paths, in order.
+fn trace(tile: u32, shear: Shear, line: Line, ray: ptr<function, Gathered>) -> Traced {
+    var found = search(tile, shear, 0.0, 0u, true);
+    var traced = Traced(found.total, 0u, 0u, 0u);
     // The ends of the latest paths: the boundary is crossed there too, but from inside.
     var exits = array<u32, 4>(NO_FACE, NO_FACE, NO_FACE, NO_FACE);
-    var paths = 0u;
     var next = 0u;
     while next < found.kept {
         let t = found.t[next];
@@ -438,22 +460,25 @@ fn cast_ray(pixel: vec2u) -> u32 {
         }
         let is_exit = any(vec4u(exits[0], exits[1], exits[2], exits[3]) == vec4u(face));
         if !is_exit {
-            let before = ray;
+            let before = *ray;
             let turn = i32(boundary_crossing(face, shear).y);
-            let path = follow(face, turn, shear, line, &ray);
+            let path = follow(face, turn, shear, line, ray);
             if path.face == NO_FACE {
-                visits += path.visits;
-                paths += 1u;
+                traced.visits += path.visits;
+                traced.paths += 1u;
                 break;
             }
-            let exit_t = boundary_crossing(path.face, shear).x;
-            if comes_before(exit_t, path.face, t, face) {
+            let way_out = boundary_crossing(path.face, shear);
+            if way_out.y == 0.0 {
+                traced.lost = 1u; // what walk.wgsl says cannot be
+            }
+            if comes_before(way_out.x, path.face, t, face) {
                 // The path was followed from its other end, which the four above forgot.
-                ray = before;
+                *ray = before;
             } else {
-                visits += path.visits;
-                exits[paths % 4u] = path.face;
-                paths += 1u;
+                traced.visits += path.visits;
+                exits[traced.paths % 4u] = path.face;
+                traced.paths += 1u;
             }
         }
         if next == found.kept && found.total > found.kept {
@@ -461,12 +486,5 @@ fn cast_ray(pixel: vec2u) -> u32 {
             next = 0u;
         }
     }
-    atomicAdd(&tile_paths, paths);
-    textureStore(image, pixel, over(ray, march.background));
-    if MODEL == ISOSURFACES {
-        // World units from where the ray starts.
-        let depth = select((ray.surface_t - eye_t) * march.scale, NO_SURFACE, ray.surface_t == FAR_AWAY);
-        textureStore(depths, pixel, vec4f(depth, 0.0, 0.0, 0.0));
-    }
-    return visits;
+    return traced;
 }
