@@ -164,6 +164,8 @@ pub mod raycast_peel {
         "common/optics.wgsl",
         "common/cue.wgsl",
         "common/look.wgsl",
+        "preintegration/axes.wgsl",
+        "preintegration/lookup.wgsl",
         "common/sides.wgsl",
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",
@@ -175,6 +177,8 @@ pub mod raycast_peel {
         "common/optics.wgsl",
         "common/cue.wgsl",
         "common/look.wgsl",
+        "preintegration/axes.wgsl",
+        "preintegration/lookup.wgsl",
         "common/sides.wgsl",
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",
@@ -186,13 +190,15 @@ pub mod raycast_peel {
 pub mod ping_pong {
     /// Phases 1 and 2: where rays come in.
     pub const ENTRY: &str = program!("ping_pong/rays.wgsl", "ping_pong/entry.wgsl");
-    /// Phase 3a: one cell, integrated in closed form.
+    /// Phase 3a: one cell.
     pub const STEP: &str = program!(
         "ping_pong/rays.wgsl",
         "common/optics_model.wgsl",
         "common/transfer_function.wgsl",
         "common/optics.wgsl",
-        "ping_pong/closed_form.wgsl",
+        "preintegration/axes.wgsl",
+        "preintegration/lookup.wgsl",
+        "ping_pong/transfer.wgsl",
         "ping_pong/step.wgsl",
     );
     /// Phase 3b: retire idle rays.
@@ -208,7 +214,7 @@ pub mod ping_pong {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 24] = [
+pub const PROGRAMS: [(&str, &str); 26] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),

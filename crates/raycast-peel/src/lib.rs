@@ -51,7 +51,10 @@
 //! - Where a cell is flat its gradient is the least that fits its scalars.
 //! - Steps end after as many passes as there are cells, so that no ray hangs.
 //!
-//! In both the ray integral is evaluated in closed form; the paper reads a table.
+//! In both the ray integral is evaluated in closed form unless a table is asked for
+//! (`preintegration` of `tetrascope-gpu`); the paper always reads one. Its table with two
+//! axes takes every segment for equally long; ours is exact in length, for the
+//! optical models whose integral is linear in it, and there is none for the other.
 //!
 //! # Limits
 //! - Tetrahedral meshes; a grid is unsupported.
@@ -74,7 +77,7 @@ mod renderer;
 mod single;
 mod tiles;
 
-pub use options::{Locality, MAX_TILES, Passes, RaycastOptions};
+pub use options::{Integration, Locality, MAX_TILES, Passes, RaycastOptions};
 pub use renderer::RaycastPeel;
 
 use tetrascope_core::Abilities;

@@ -1,6 +1,7 @@
 //! What can be chosen.
 
 use tetrascope_core::Error;
+pub use tetrascope_gpu::Integration;
 
 pub use crate::layout::Locality;
 
@@ -9,6 +10,9 @@ pub use crate::layout::Locality;
 pub struct RaycastOptions {
     /// How many of a ray's steps one pass takes.
     pub passes: Passes,
+    /// How a ray's segment in a cell is integrated. Tables know no depth cue, and
+    /// isosurfaces need none.
+    pub integration: Integration,
     /// The opacity at which a ray stops, in (0, 1]: what lies behind then adds less
     /// than 1 − this of its light. 1 is exact; the paper stops at 0.95.
     pub stop_opacity: f32,
@@ -54,6 +58,7 @@ impl Default for RaycastOptions {
     fn default() -> RaycastOptions {
         RaycastOptions {
             passes: Passes::Single,
+            integration: Integration::Exact,
             stop_opacity: 1.0,
             locality: Locality::Morton,
             integer_sides: false,

@@ -14,13 +14,14 @@ mod tiles;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, View, Volume, VolumeRenderer};
 use tetrascope_gpu::passes::model_constant;
+use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::transfer_function::intervals;
 use tetrascope_gpu::wgpu::{self, BufferUsages};
-use tetrascope_gpu::{Gpu, ScalarMap};
+use tetrascope_gpu::{Gpu, Integration, ScalarMap};
 
 use crate::options::RaycastOptions;
 use crate::renderer::tetrahedra;
-use crate::single::deepest;
+use crate::single::{deepest, mapped_range, table};
 use mesh::Mesh;
 use passes::{Passes, StyledPasses};
 
@@ -40,6 +41,7 @@ struct Style {
     appearance: Appearance,
     passes: StyledPasses,
     intervals: wgpu::Buffer,
+    table: Table,
 }
 
 impl Style {
@@ -48,6 +50,8 @@ impl Style {
         passes: &Passes,
         mesh: &Mesh,
         appearance: &Appearance,
+        options: &RaycastOptions,
+        last: Option<&Table>,
     ) -> Result<Style, Error> {
         let intervals = intervals(
             &appearance.transfer_function,
@@ -56,14 +60,23 @@ impl Style {
         );
         let per_cell = mesh.source.scalars().association == Association::Cell;
         let model = model_constant(appearance.optical_model);
-        let constants = [
+        let table = table(
+            gpu,
+            appearance,
+            (&intervals, mesh.longest_edge),
+            options,
+            last,
+        )?;
+        let mut constants = vec![
             model,
             ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
             ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
         ];
+        constants.extend(table.constants(mapped_range(&mesh.source, &mesh.scalar_map)));
         Ok(Style {
             appearance: appearance.clone(),
             passes: passes.styled(gpu, &constants, &[model])?,
+            table,
             intervals: gpu.upload("ping-pong::intervals", &intervals, BufferUsages::STORAGE)?,
         })
     }
@@ -80,7 +93,7 @@ impl PingPong {
         let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options.locality)?;
         let passes = Passes::new(gpu)?;
         Ok(PingPong {
-            style: Style::new(gpu, &passes, &mesh, appearance)?,
+            style: Style::new(gpu, &passes, &mesh, appearance, options, None)?,
             passes,
             mesh,
             gpu: gpu.clone(),
@@ -88,8 +101,20 @@ impl PingPong {
         })
     }
 
+    fn new_style(&self, mesh: &Mesh, appearance: &Appearance) -> Result<Style, Error> {
+        let last = Some(&self.style.table);
+        Style::new(
+            &self.gpu,
+            &self.passes,
+            mesh,
+            appearance,
+            &self.options,
+            last,
+        )
+    }
+
     pub(crate) fn bytes_resident(&self) -> u64 {
-        self.mesh.bytes() + self.style.intervals.size()
+        self.mesh.bytes() + self.style.intervals.size() + self.style.table.bytes()
     }
 }
 
@@ -99,11 +124,15 @@ impl VolumeRenderer for PingPong {
         let same_kind = source.scalars().association == self.mesh.source.scalars().association;
         if source.shares_geometry(&self.mesh.source) && same_kind {
             self.mesh.source = source.clone();
+            // A table's program knows whether scalars leave it.
+            if self.options.integration != Integration::Exact {
+                self.style = self.new_style(&self.mesh, &self.style.appearance)?;
+            }
             return self.mesh.write_scalars(&self.gpu);
         }
         let map = ScalarMap::of(&self.style.appearance.transfer_function);
         let mesh = Mesh::new(&self.gpu, source, map, self.options.locality)?;
-        self.style = Style::new(&self.gpu, &self.passes, &mesh, &self.style.appearance)?;
+        self.style = self.new_style(&mesh, &self.style.appearance)?;
         self.mesh = mesh;
         Ok(())
     }
@@ -113,7 +142,7 @@ impl VolumeRenderer for PingPong {
             self.mesh.scalar_map = ScalarMap::of(&appearance.transfer_function);
             self.mesh.write_scalars(&self.gpu)?;
         }
-        self.style = Style::new(&self.gpu, &self.passes, &self.mesh, appearance)?;
+        self.style = self.new_style(&self.mesh, appearance)?;
         Ok(())
     }
 

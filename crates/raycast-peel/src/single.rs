@@ -11,10 +11,12 @@ use tetrascope_core::{
 use tetrascope_gpu::look::{look, look_constants};
 use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::passes::model_constant;
+use tetrascope_gpu::preintegration::{self, Table};
 use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, sides, timer};
+use tetrascope_gpu::{Gpu, Integration, Normalization, ScalarMap, Timer, read_back, sides, timer};
 
+use crate::NAME;
 use crate::gpu_data::{Counters, March};
 use crate::layout::Layout;
 use crate::options::{Locality, RaycastOptions};
@@ -63,6 +65,7 @@ struct Style {
     appearance: Appearance,
     pipeline: wgpu::ComputePipeline,
     intervals: wgpu::Buffer,
+    table: Table,
 }
 
 impl Mesh {
@@ -136,13 +139,22 @@ impl Style {
         mesh: &Mesh,
         appearance: &Appearance,
         options: &RaycastOptions,
+        last: Option<&Table>,
     ) -> Result<Style, Error> {
         let intervals = intervals(
             &appearance.transfer_function,
             &mesh.scalar_map,
             &mesh.normalization,
         );
-        let constants = constants(gpu, mesh, appearance, &intervals, options)?;
+        let table = table(
+            gpu,
+            appearance,
+            (&intervals, mesh.longest_edge),
+            options,
+            last,
+        )?;
+        let mut constants = constants(gpu, mesh, appearance, &intervals, options)?;
+        constants.extend(table.constants(mapped_range(&mesh.source, &mesh.scalar_map)));
         let pipeline = gpu.checked("raycast-peel::cast", 0, || {
             let module = gpu
                 .device()
@@ -168,12 +180,51 @@ impl Style {
         Ok(Style {
             appearance: appearance.clone(),
             pipeline,
+            table,
             intervals: gpu.upload("raycast-peel::intervals", &intervals, BufferUsages::STORAGE)?,
         })
     }
 }
 
-/// The constants of `march.wgsl`.
+/// The table that the options ask for: `last` if that is it.
+pub(crate) fn table(
+    gpu: &Gpu,
+    appearance: &Appearance,
+    (intervals, longest): (&[Interval], f32),
+    options: &RaycastOptions,
+    last: Option<&Table>,
+) -> Result<Table, Error> {
+    let model = appearance.optical_model;
+    let integration = match model {
+        OpticalModel::Isosurfaces => Integration::Exact,
+        _ => options.integration,
+    };
+    if integration != Integration::Exact && appearance.depth_cue.is_some() {
+        return Err(Error::Unsupported {
+            renderer: NAME,
+            what: "a depth cue with a table of integrals".into(),
+            reason: "the cue differs from place to place, the table does not".into(),
+        });
+    }
+    let source = preintegration::Source {
+        integration,
+        model,
+        intervals,
+        longest,
+    };
+    match last {
+        Some(last) => last.renewed(gpu, NAME, &source),
+        None => Table::new(gpu, NAME, &source),
+    }
+}
+
+/// The least and the greatest scalar, mapped.
+pub(crate) fn mapped_range(mesh: &TetMesh, map: &ScalarMap) -> (f32, f32) {
+    let (low, high) = mesh.scalar_range().unwrap_or((0.0, 0.0));
+    (map.scalar(low), map.scalar(high))
+}
+
+/// The constants of `march.wgsl`, but for its table's.
 fn constants(
     gpu: &Gpu,
     mesh: &Mesh,
@@ -229,7 +280,7 @@ impl Single {
         let map = ScalarMap::of_appearance(appearance, volume.scalar_range());
         let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options.locality)?;
         Ok(Single {
-            style: Style::new(gpu, &mesh, appearance, options)?,
+            style: Style::new(gpu, &mesh, appearance, options, None)?,
             mesh,
             gpu: gpu.clone(),
             options: *options,
@@ -249,7 +300,8 @@ impl Single {
         [positions, scalars, cells, boundary, &self.style.intervals]
             .iter()
             .map(|buffer| buffer.size())
-            .sum()
+            .sum::<u64>()
+            + self.style.table.bytes()
     }
 
     /// Records one frame into `image`, an Rgba32Float storage texture, and where there are
@@ -307,6 +359,7 @@ impl Single {
         let Style {
             pipeline,
             intervals,
+            table,
             ..
         } = &self.style;
         let group = |index: u32, resources: &[wgpu::BindingResource]| {
@@ -346,7 +399,7 @@ impl Single {
             let groups = [
                 group(0, &frame),
                 group(1, &volume),
-                group(2, &[intervals.as_entire_binding()]),
+                group(2, &[intervals.as_entire_binding(), table.binding()]),
             ];
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some("raycast-peel::cast"),
@@ -400,13 +453,28 @@ impl VolumeRenderer for Single {
             self.mesh.source = source.clone();
             if !suits {
                 self.mesh.scalar_map = ScalarMap::of_appearance(appearance, range);
-                self.style = Style::new(&self.gpu, &self.mesh, &appearance.clone(), &self.options)?;
+            }
+            // A table's program knows whether scalars leave it.
+            if !suits || self.options.integration != Integration::Exact {
+                self.style = Style::new(
+                    &self.gpu,
+                    &self.mesh,
+                    &appearance.clone(),
+                    &self.options,
+                    Some(&self.style.table),
+                )?;
             }
             return self.mesh.write_scalars(&self.gpu);
         }
         let map = ScalarMap::of_appearance(&self.style.appearance, volume.scalar_range());
         let mesh = Mesh::new(&self.gpu, source, map, self.options.locality)?;
-        self.style = Style::new(&self.gpu, &mesh, &self.style.appearance, &self.options)?;
+        self.style = Style::new(
+            &self.gpu,
+            &mesh,
+            &self.style.appearance,
+            &self.options,
+            Some(&self.style.table),
+        )?;
         self.mesh = mesh;
         Ok(())
     }
@@ -417,7 +485,13 @@ impl VolumeRenderer for Single {
             self.mesh.scalar_map = ScalarMap::of_appearance(appearance, range);
             self.mesh.write_scalars(&self.gpu)?;
         }
-        self.style = Style::new(&self.gpu, &self.mesh, appearance, &self.options)?;
+        self.style = Style::new(
+            &self.gpu,
+            &self.mesh,
+            appearance,
+            &self.options,
+            Some(&self.style.table),
+        )?;
         Ok(())
     }
 

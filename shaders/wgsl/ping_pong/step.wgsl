@@ -4,7 +4,7 @@
 // the next ("ping-pong"), as no target can be read while it is written.
 // In:   the traversal state (figure 9): cell, λ and scalar; color and opacity.
 // Out:  the same, one cell further.
-// With: ping_pong/rays.wgsl, ping_pong/integration.wgsl, common/optics.wgsl and what it needs
+// With: ping_pong/rays.wgsl, ping_pong/transfer.wgsl, preintegration/lookup.wgsl and what it needs
 
 @group(2) @binding(0) var states: texture_2d<f32>;
 @group(2) @binding(1) var colors: texture_2d<f32>;
@@ -76,7 +76,8 @@ fn fs_step(@builtin(position) position: vec4f) -> Stepped {
     }
     var sum = color;
     if lambda > begin && max(front, back) < TRANSPARENT_SCALAR {
-        sum = over(color, segment(front, back, lambda - begin));
+        let piece = segment(front, back, lambda - begin);
+        sum = over(color, vec4f(piece.xyz, segment_opacity(piece)));
     }
     return Stepped(vec4f(next, lambda, back), sum);
 }

@@ -5,8 +5,8 @@
 // the boundary faces of its tile.
 // In:   vertices, cells, boundary, and for each tile the boundary faces that its rays may meet.
 // Out:  linear premultiplied RGBA over the background, one texel a ray.
-// With: raycast_peel/walk.wgsl, common/sides.wgsl, common/optics.wgsl and what it needs,
-//       common/cue.wgsl, common/look.wgsl
+// With: raycast_peel/walk.wgsl, common/sides.wgsl, preintegration/lookup.wgsl and
+//       what it needs, common/cue.wgsl, common/look.wgsl
 
 struct March {
     anchor: vec4f,     // anchor of pixel (0, 0)'s center, relative to the mesh's center; w unused
@@ -55,6 +55,8 @@ struct Counters {
 @group(1) @binding(3) var<storage, read> boundary: array<BoundaryFace>;
 
 @group(2) @binding(0) var<storage, read> intervals: array<Interval>;
+// One texel where `TABLE_AXES` is 0.
+@group(2) @binding(1) var table: texture_3d<f32>;
 
 fn look_of(i: u32) -> vec4f {
     return look_items[i];
@@ -301,9 +303,30 @@ fn nothing_gathered() -> Gathered {
     return Gathered(vec3f(0.0), 0.0, FAR_AWAY, 0u, interval(0u));
 }
 
+// Adds a piece, from the table if there is one.
+fn gather(ray: ptr<function, Gathered>, piece: Piece) {
+    if TABLE_AXES == 0u {
+        gather_exactly(ray, piece);
+        return;
+    }
+    let sum = segment(piece.front, piece.back, piece.length);
+    switch MODEL {
+        case MAXIMUM_INTENSITY: {
+            (*ray).light = max((*ray).light, sum.xyz);
+        }
+        case EMISSION: {
+            (*ray).light += sum.xyz;
+        }
+        default: {
+            (*ray).light += transmittance((*ray).depth) * sum.xyz;
+            (*ray).depth += segment_depth(sum);
+        }
+    }
+}
+
 // Adds a piece as `integrate` does, from the interval that the ray is in: where
 // it stays there nothing is read.
-fn gather(ray: ptr<function, Gathered>, piece: Piece) {
+fn gather_exactly(ray: ptr<function, Gathered>, piece: Piece) {
     let front = piece.front;
     let back = piece.back;
     let length = piece.length;

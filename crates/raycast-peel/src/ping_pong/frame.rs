@@ -199,7 +199,7 @@ impl<'a> Drawing<'a> {
             let textures = mesh.textures().map(|t| t.create_view(&Default::default()));
             let textures = [0, 1, 2].map(|i| BindingResource::TextureView(&textures[i]));
             let frame = [frame.as_entire_binding()];
-            let intervals = [style.intervals.as_entire_binding()];
+            let transfer = [style.intervals.as_entire_binding(), style.table.binding()];
             Drawing {
                 frame: group(gpu, "ping-pong::frame", &passes.frame_layout, &frame),
                 mesh: group(gpu, "ping-pong::mesh", &passes.mesh_layout, &textures),
@@ -207,7 +207,7 @@ impl<'a> Drawing<'a> {
                     gpu,
                     "ping-pong::integration",
                     &passes.integration_layout,
-                    &intervals,
+                    &transfer,
                 ),
                 queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
                     label: Some("ping-pong::queries"),

@@ -3,6 +3,7 @@
 use tetrascope_core::Error;
 use tetrascope_gpu::Gpu;
 use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, layout, module, pipeline_layout};
+use tetrascope_gpu::preintegration::TABLE;
 use tetrascope_gpu::wgpu::{
     self, BindGroup, BindGroupLayout, BindingType, Color, CompareFunction, LoadOp, Operations,
     RenderPipeline, ShaderStages, StoreOp, TextureFormat, TextureView,
@@ -117,7 +118,8 @@ impl Passes {
                 compute,
                 &[TEXTURE, TEXTURE, TEXTURE, WRITE],
             );
-            let integration_layout = layout(gpu, "ping-pong::integration", fragment, &[READ]);
+            let integration_layout =
+                layout(gpu, "ping-pong::integration", fragment, &[READ, TABLE]);
             let with = |last: &BindGroupLayout| {
                 pipeline_layout(gpu, "ping-pong", &[&frame_layout, &mesh_layout, last])
             };

@@ -242,12 +242,12 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
         },
         cache: None,
     });
-    let group = |index: u32, buffers: &[(u32, &wgpu::Buffer)]| {
-        let entries: Vec<_> = buffers
+    let group = |index: u32, resources: &[(u32, wgpu::BindingResource)]| {
+        let entries: Vec<_> = resources
             .iter()
-            .map(|&(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
+            .map(|(binding, resource)| wgpu::BindGroupEntry {
+                binding: *binding,
+                resource: resource.clone(),
             })
             .collect();
         device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -305,13 +305,38 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
             .collect();
         let aims = gpu.upload("aim", &aims, storage).expect("small");
         let groups = [
-            group(0, &[(0, &march), (3, &lists), (5, &look), (6, &items)]),
+            group(
+                0,
+                &[
+                    (0, march.as_entire_binding()),
+                    (3, lists.as_entire_binding()),
+                    (5, look.as_entire_binding()),
+                    (6, items.as_entire_binding()),
+                ],
+            ),
             group(
                 1,
-                &[(0, positions), (1, scalars), (2, cells), (3, boundary)],
+                &[
+                    (0, positions.as_entire_binding()),
+                    (1, scalars.as_entire_binding()),
+                    (2, cells.as_entire_binding()),
+                    (3, boundary.as_entire_binding()),
+                ],
             ),
-            group(2, &[(0, &single.style.intervals)]),
-            group(3, &[(0, &aims), (1, &traces)]),
+            group(
+                2,
+                &[
+                    (0, single.style.intervals.as_entire_binding()),
+                    (1, single.style.table.binding()),
+                ],
+            ),
+            group(
+                3,
+                &[
+                    (0, aims.as_entire_binding()),
+                    (1, traces.as_entire_binding()),
+                ],
+            ),
         ];
         let mut encoder = device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());

@@ -1,7 +1,9 @@
 //! Ray casting's entry.
 
-use tetrascope_core::{Error, Volume};
-use tetrascope_raycast_peel::{ABILITIES, Locality, NAME, RaycastOptions, RaycastPeel};
+use tetrascope_core::{Error, OpticalModel, Volume};
+use tetrascope_raycast_peel::{
+    ABILITIES, Integration, Locality, MAX_TILES, NAME, Passes, RaycastOptions, RaycastPeel,
+};
 
 use super::{Algorithm, choice};
 use crate::{Setting, Settings, Values};
@@ -16,6 +18,42 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     needs_gpu: true,
     settings: &[
         Setting {
+            name: "passes",
+            about: "whether one pass takes all steps of a ray, or one step as published",
+            values: Values::Choice(&["single", "ping-pong"]),
+            default: "single",
+        },
+        Setting {
+            name: "integration",
+            about: "how a ray's segment in a cell is integrated",
+            values: Values::Choice(&["exact", "table-2d", "table-3d"]),
+            default: "exact",
+        },
+        Setting {
+            name: "table-size",
+            about: "samples along each axis of a table; at most 256 with three axes",
+            values: Values::Integer {
+                min: 2,
+                max: Integration::MOST_2D as i64,
+            },
+            default: "128",
+        },
+        Setting {
+            name: "tiles",
+            about: "tiles along each side of the image; ping-pong only",
+            values: Values::Integer {
+                min: 1,
+                max: MAX_TILES as i64,
+            },
+            default: "4",
+        },
+        Setting {
+            name: "query-interval",
+            about: "passes between two occlusion queries; ping-pong only",
+            values: Values::Integer { min: 1, max: 1024 },
+            default: "8",
+        },
+        Setting {
             name: "stop-opacity",
             about: "the opacity at which a ray stops; 1 is exact, the paper has 0.95",
             values: Values::Number { min: 0.5, max: 1.0 },
@@ -28,8 +66,8 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             default: "morton",
         },
     ],
-    sweep: |_| &["", "stop-opacity=0.999", "stop-opacity=0.95"],
-    admits: |settings| 1.0 - settings.number("stop-opacity"),
+    sweep,
+    admits,
     supports: |volume, appearance, _| {
         ABILITIES.check(NAME, appearance)?;
         match volume {
@@ -48,8 +86,37 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     },
 };
 
+/// A step a pass is compared once: it takes seconds a frame on a software adapter.
+fn sweep(model: OpticalModel) -> &'static [&'static str] {
+    match model {
+        OpticalModel::EmissionAbsorption => &[
+            "",
+            "stop-opacity=0.999",
+            "stop-opacity=0.95",
+            "integration=table-3d,table-size=64",
+            "passes=ping-pong",
+        ],
+        _ => &[""],
+    }
+}
+
+/// At a step of the transfer function a table errs by a share of the step, however fine
+/// it is, and with ping-pong passes the rasterizer's guess decides about rays near an
+/// outline; the crate's tests hold both to bounds.
+fn admits(settings: &Settings) -> f64 {
+    match (settings.get("passes"), settings.get("integration")) {
+        ("single", "exact") => 1.0 - settings.number("stop-opacity"),
+        _ => 1.0,
+    }
+}
+
 fn options(settings: &Settings) -> RaycastOptions {
+    let table_size = settings.integer("table-size") as u32;
     RaycastOptions {
+        passes: choice(settings, "passes", &Passes::ALL),
+        integration: choice(settings, "integration", &Integration::ALL)(table_size),
+        tiles: settings.integer("tiles") as u32,
+        query_interval: settings.integer("query-interval") as u32,
         stop_opacity: settings.number("stop-opacity") as f32,
         locality: choice(settings, "locality", &Locality::ALL),
         ..RaycastOptions::default()
