@@ -107,7 +107,7 @@ fn entries_are_the_integral() {
 
 /// 1 + sin and the like at so many knots that no sample of a table sees their corners.
 fn waves() -> TransferFunction {
-    let last = 1024;
+    let last = 512;
     let knots = (0..=last).map(|k| {
         let x = f64::from(k) / f64::from(last);
         let wave =
