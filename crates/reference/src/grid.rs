@@ -27,6 +27,7 @@ mod walk;
 
 use std::ops::Range;
 
+use tetrascope_core::appearance::clip_ray;
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::optics::over;
 use tetrascope_core::{Appearance, Error, Grid, Ray, View};
@@ -168,7 +169,11 @@ impl GridScene<'_> {
         let late = |axis: usize| (shift[axis] / line.slope[axis]).abs();
         let mut integral = GridIntegral::new(&self.look);
         let mut inside = false;
-        if let Some(walk) = Walk::new(line, body.cells) {
+        // The same for the ends that clip planes make, and 0 for the eye.
+        let planes = &self.look.clip_planes;
+        let kept = clip_ray(planes, ray);
+        let cut = |end: f64| if end > 0.0 { self.cut(ray) } else { 0.0 };
+        if let Some(walk) = Walk::new(line, body.cells, kept) {
             let exit = walk.exit;
             for stretch in walk {
                 let length = stretch.t_out - stretch.t_in;
@@ -178,7 +183,7 @@ impl GridScene<'_> {
                 let corners = body.corners(stretch.cell);
                 let range = range(&corners);
                 if range.is_some() != inside {
-                    integral.blur_end(stretch.across.map_or(0.0, late));
+                    integral.blur_end(stretch.across.map_or_else(|| cut(kept[0]), late));
                     inside = !inside;
                 }
                 let Some([low, high]) = range else { continue };
@@ -193,7 +198,7 @@ impl GridScene<'_> {
                 integral.blur(&cubic, length, [low, high], blur);
             }
             if inside {
-                integral.blur_end(late(exit));
+                integral.blur_end(exit.map_or_else(|| cut(kept[1]), late));
             }
         }
         let depth = integral.optical_depth();
@@ -205,6 +210,26 @@ impl GridScene<'_> {
             error: integral.error(),
             consistency: Consistency::default(),
         }
+    }
+}
+
+impl GridScene<'_> {
+    /// By how much the times are off, all together, at which clip planes cross a ray.
+    fn cut(&self, ray: &Ray) -> f64 {
+        let planes = self.look.clip_planes.iter().map(|plane| {
+            let rise = plane.normal.normalize().dot(ray.direction).abs();
+            // Where the plane lies counts as well as where the grid does.
+            let far = self
+                .body
+                .distance(ray.origin)
+                .max((plane.point - ray.origin).length());
+            if rise > 0.0 {
+                DISPLACEMENT * far / rise
+            } else {
+                0.0
+            }
+        });
+        planes.sum()
     }
 }
 

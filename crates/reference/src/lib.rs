@@ -73,7 +73,7 @@ pub const ABILITIES: Abilities = Abilities::ALL;
 pub const GRID_ABILITIES: Abilities = Abilities {
     isosurfaces: false,
     depth_cue: false,
-    clip_planes: false,
+    clip_planes: true,
 };
 
 /// How the reference works; none of it changes a bit of the image.
@@ -131,7 +131,7 @@ impl Reference {
                 });
             }
         };
-        abilities(volume).check(NAME, appearance)?;
+        supports(volume, appearance)?;
         let (body, bvh_builds) = Body::of(volume, None)?;
         Ok(Reference {
             body,
@@ -224,7 +224,7 @@ impl Reference {
 impl VolumeRenderer for Reference {
     /// Keeps the BVH where the geometry is the same ([`TetMesh::shares_geometry`]).
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
-        abilities(volume).check(NAME, &self.appearance)?;
+        supports(volume, &self.appearance)?;
         let (body, built) = Body::of(volume, Some(&self.body))?;
         self.body = body;
         self.bvh_builds += built;
@@ -247,11 +247,19 @@ impl VolumeRenderer for Reference {
     }
 }
 
-/// What is drawn of `volume`.
-fn abilities(volume: &Volume) -> Abilities {
+/// Refuses what is not drawn: parts of an appearance, and a grid that stays in its file.
+///
+/// # Errors
+/// [`Error::Unsupported`] with the reason, and what [`Appearance::validate`] refuses.
+pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
     match volume {
-        Volume::Mesh(_) => ABILITIES,
-        _ => GRID_ABILITIES,
+        Volume::Mesh(_) => ABILITIES.check(NAME, appearance),
+        Volume::Grid(_) => GRID_ABILITIES.check(NAME, appearance),
+        _ => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "a grid that stays in its file".into(),
+            reason: "its rays need all samples in memory".into(),
+        }),
     }
 }
 
@@ -271,11 +279,7 @@ impl Body {
                 Ok((Body::Mesh { mesh, geometry }, built))
             }
             Volume::Grid(grid) => Ok((Body::Grid(Box::new(GridBody::new(grid))), 0)),
-            _ => Err(Error::Unsupported {
-                renderer: NAME,
-                what: "a grid that stays in its file".into(),
-                reason: "its rays need all samples in memory".into(),
-            }),
+            _ => Err(Error::invalid("a volume that `supports` refuses")),
         }
     }
 }

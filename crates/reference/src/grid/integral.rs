@@ -2,7 +2,7 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::optics::CompensatedSum;
-use tetrascope_core::{Appearance, OpticalModel};
+use tetrascope_core::{Appearance, ClipPlane, OpticalModel};
 
 use super::cubic::{Cubic, Monotone};
 use super::pieces::{Piece, Pieces, Step};
@@ -19,6 +19,7 @@ const UNIT: f64 = f64::EPSILON / 2.0;
 pub(crate) struct Look {
     pub(crate) model: OpticalModel,
     pub(crate) pieces: Pieces,
+    pub(crate) clip_planes: Vec<ClipPlane>,
     /// The greatest of all colors, of the background's channels and 1.
     pub(crate) brightest: f64,
     /// The greatest extinction of all, per world unit.
@@ -33,6 +34,7 @@ impl Look {
         Look {
             model: appearance.optical_model,
             pieces: Pieces::new(&appearance.transfer_function),
+            clip_planes: appearance.clip_planes.clone(),
             brightest: colors.chain(background).fold(1.0, f64::max),
             densest: knots.iter().map(|k| k.extinction).fold(0.0, f64::max),
         }

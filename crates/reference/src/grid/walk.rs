@@ -28,8 +28,8 @@ pub(crate) struct Walk {
     end: f64,
     /// The axis across which the present cell was entered.
     across: Option<usize>,
-    /// The axis across which the line leaves the last cell.
-    pub(crate) exit: usize,
+    /// The axis across which the line leaves the last cell; `None` where it ends inside.
+    pub(crate) exit: Option<usize>,
 }
 
 /// What the line and a cell have in common.
@@ -43,10 +43,11 @@ pub(crate) struct Stretch {
 }
 
 impl Walk {
-    /// The way for t ≥ 0 through `cells` cells along each axis; `None` if there is none.
-    pub(crate) fn new(line: Line, cells: [usize; 3]) -> Option<Walk> {
-        let (mut start, mut across) = (0.0f64, None);
-        let (mut end, mut exit) = (f64::INFINITY, 0);
+    /// The way from t = `near` to `far` through `cells` cells along each axis; `None` if
+    /// there is none.
+    pub(crate) fn new(line: Line, cells: [usize; 3], [near, far]: [f64; 2]) -> Option<Walk> {
+        let (mut start, mut across) = (near, None);
+        let (mut end, mut exit) = (far, None);
         for (axis, cells) in cells.into_iter().enumerate() {
             let (origin, slope) = (line.origin[axis], line.slope[axis]);
             let far = cells as f64;
@@ -62,7 +63,7 @@ impl Walk {
                 (start, across) = (enters, Some(axis));
             }
             if leaves < end {
-                (end, exit) = (leaves, axis);
+                (end, exit) = (leaves, Some(axis));
             }
         }
         if !(start < end && end.is_finite()) {
@@ -158,7 +159,11 @@ mod tests {
             origin: origin.into(),
             slope: slope.into(),
         };
-        Walk::new(line, cells).into_iter().flatten().collect()
+        let whole = [0.0, f64::INFINITY];
+        Walk::new(line, cells, whole)
+            .into_iter()
+            .flatten()
+            .collect()
     }
 
     /// End to end, without doubling, each stretch where its cell is to 1e-12.
@@ -211,6 +216,24 @@ mod tests {
             }
         }
         assert!(count > 10_000);
+    }
+
+    #[test]
+    fn a_part_of_the_way_is_that_part() {
+        let line = Line {
+            origin: DVec3::new(-1.0, 0.25, 0.5),
+            slope: DVec3::X,
+        };
+        let part = |stretch| Walk::new(line, [4, 3, 5], stretch).into_iter().flatten();
+        let found: Vec<Stretch> = part([1.5, 3.25]).collect();
+        assert_eq!(found.len(), 3);
+        assert_eq!(
+            (found[0].t_in, found[0].cell[0], found[0].across),
+            (1.5, 0, None)
+        );
+        assert_eq!((found[2].t_out, found[2].cell[0]), (3.25, 2));
+        assert_eq!(part([6.0, 9.0]).count(), 0);
+        assert_eq!(part([3.0, f64::NEG_INFINITY]).count(), 0);
     }
 
     #[test]

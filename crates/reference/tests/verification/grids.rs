@@ -6,7 +6,7 @@ use tetrascope_core::glam::{DMat3, DQuat, DVec3};
 use tetrascope_core::grid::Samples;
 use tetrascope_core::optics::{RayIntegral, Segment};
 use tetrascope_core::{
-    Appearance, Camera, Error, Grid, Knot, OpticalModel, Projection, Ray, View, Volume,
+    Appearance, Camera, ClipPlane, Error, Grid, Knot, OpticalModel, Projection, Ray, View, Volume,
     VolumeRenderer as _,
 };
 use tetrascope_reference::{Reference, ReferenceOptions};
@@ -595,4 +595,57 @@ fn a_grid_goes_through_the_trait() {
             .windows(2)
             .all(|p| (p[0].scalar_out - p[1].scalar_in).abs() < 1e-14)
     );
+}
+
+// A uniform grid behind planes: the chord that planes and box leave, in every model.
+#[test]
+fn clip_planes_cut_a_grid() {
+    let place = unit(4);
+    let (color, sigma) = ([0.9, 0.5, 0.2], 1.7);
+    let planes = vec![
+        ClipPlane {
+            point: DVec3::splat(0.4),
+            normal: DVec3::new(1.0, 2.0, -0.5),
+        },
+        ClipPlane {
+            point: DVec3::new(0.8, 0.7, 0.9),
+            normal: DVec3::new(-3.0, 0.1, 0.2),
+        },
+    ];
+    for model in OpticalModel::VOLUMETRIC {
+        let look = Appearance {
+            clip_planes: planes.clone(),
+            ..appearance(vec![knot(0.0, color, sigma)], model)
+        };
+        let truth = truth(&grid(&place, |p| p.x), &look);
+        for view in views(24) {
+            let image = truth.render_exact(&view).expect("a valid view");
+            check(&image, &view, |ray| {
+                let [mut near, mut far] = span(&place, ray).map_or([1.0, 0.0], |s| [s.0, s.1]);
+                for plane in &planes {
+                    let (height, rise) = (
+                        plane.normal.dot(ray.origin - plane.point),
+                        plane.normal.dot(ray.direction),
+                    );
+                    match rise > 0.0 {
+                        true => near = near.max(-height / rise),
+                        false => far = far.min(-height / rise),
+                    }
+                }
+                let tau = sigma * (far - near).max(0.0);
+                let alpha = -(-tau).exp_m1();
+                let light = color.map(|c| match model {
+                    OpticalModel::EmissionAbsorption => c * alpha,
+                    OpticalModel::Emission => c * tau,
+                    OpticalModel::MaximumIntensity if tau > 0.0 => c,
+                    _ => 0.0,
+                });
+                let alpha = match model {
+                    OpticalModel::EmissionAbsorption | OpticalModel::Absorption => alpha,
+                    _ => 0.0,
+                };
+                [light[0], light[1], light[2], alpha]
+            });
+        }
+    }
 }
