@@ -38,7 +38,6 @@ pub enum Samples {
 
 /// The type of a grid's samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
 pub enum SampleType {
     /// Unsigned bytes.
     U8,
@@ -51,6 +50,16 @@ pub enum SampleType {
 }
 
 impl SampleType {
+    /// The name in scene files and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            SampleType::U8 => "u8",
+            SampleType::U16 => "u16",
+            SampleType::I16 => "i16",
+            SampleType::F32 => "f32",
+        }
+    }
+
     /// Bytes of one sample.
     pub fn bytes(self) -> usize {
         match self {

@@ -28,14 +28,13 @@ impl Default for ReadOptions {
         ReadOptions {
             solution: None,
             raw: None,
-            stream_above: 1 << 29,
+            stream_above: (1 << 30) - 1,
         }
     }
 }
 
 /// What a file holds.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub enum FileData {
     /// An unstructured mesh.
     Mesh(MeshData),

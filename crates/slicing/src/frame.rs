@@ -1,13 +1,13 @@
 //! The camera in the volume's lattice, made in f64 and rounded at the end.
 
 use tetrascope_core::glam::{DMat3, DVec3};
+use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, Projection, View};
 use tetrascope_gpu::Normalization;
 
 use crate::box_plane::front_corner;
 use crate::gpu_data;
 use crate::octree::Viewer;
-use crate::source::Lattice;
 
 /// The near plane, in normalized units, as in cell projection: below f32's resolution of
 /// the volume.

@@ -9,8 +9,8 @@
 //!
 //! 1. [`box_plane`] has the program's tables and the program on the CPU (§4, §5); its
 //!    WGSL is `box_plane.wgsl`.
-//! 2. `source` reads samples, from memory or from a file, `voxels` keeps them in
-//!    textures (§3.1), and `octree` knows their least and greatest values, box by box,
+//! 2. Samples come from a [`BrickSource`](tetrascope_core::grid::BrickSource), in memory or
+//!    in a file. `voxels` keeps them in textures (§3.1), and `octree` knows their least and greatest values, box by box,
 //!    and visits boxes back to front (§6).
 //! 3. `frame` is the camera in the volume's lattice.
 //! 4. `slice` (`slice.wgsl`) draws boxes, each an instance of one stack of polygons, and
@@ -45,16 +45,15 @@ mod maxima;
 mod octree;
 mod options;
 mod renderer;
+mod skip;
 mod slice;
-mod source;
 mod voxels;
 
 pub use options::{
-    ClipPlane, Filtering, Integration, Level, MAX_CLIP_PLANES, MAX_LEVEL, MAX_SLICES_PER_VOXEL,
-    MIN_SLICES_PER_VOXEL, Phong, PlaneTest, Shading, SlabEnds, SlicingOptions, StepLength, Storage,
+    Filtering, Integration, Level, MAX_LEVEL, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, Phong,
+    PlaneTest, Shading, SlabEnds, SlicingOptions, StepLength, Storage,
 };
 pub use renderer::Slicing;
-pub use source::{BrickSource, ByteOrder, Lattice, RawFile, Region, SampleType};
 
 use tetrascope_core::Abilities;
 
@@ -65,5 +64,5 @@ pub const NAME: &str = "slicing";
 pub const ABILITIES: Abilities = Abilities {
     isosurfaces: false,
     depth_cue: false,
-    clip_planes: false,
+    clip_planes: true,
 };

@@ -1,12 +1,11 @@
 //! The octree of least and greatest samples, and its traversal in visibility order (§6).
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::grid::Samples;
+use tetrascope_core::grid::{BrickSource, Region, SampleType, Samples};
 use tetrascope_core::{Appearance, Error};
 
-use crate::maxima::Maxima;
 use crate::options::MAX_LEVEL;
-use crate::source::{BrickSource, Region};
+use crate::skip::SkipTable;
 
 /// An axis is halved while its boxes keep about this many cells.
 const LEAST_CELLS: usize = 8;
@@ -26,6 +25,7 @@ pub(crate) struct Octree {
     /// Cells of a box of the deepest level.
     leaf: [usize; 3],
     levels: Vec<Ranges>,
+    sample_type: SampleType,
     /// Whether some sample is NaN.
     pub(crate) gaps: bool,
 }
@@ -81,6 +81,7 @@ impl Octree {
             halvings,
             leaf,
             levels: levels.collect(),
+            sample_type: source.sample_type(),
             gaps: false,
         };
         octree.read(source, reach)?;
@@ -200,14 +201,14 @@ impl Octree {
 
     /// Which boxes can show.
     pub(crate) fn visibility(&self, appearance: &Appearance) -> Visibility {
-        let maxima = Maxima::new(appearance);
+        let table = SkipTable::new(appearance, self.sample_type);
         let levels: Vec<Vec<bool>> = self
             .levels
             .iter()
             .map(|level| {
                 let ranges = level.ranges.iter();
                 ranges
-                    .map(|[low, high]| maxima.over((*low).into(), (*high).into()) > 0.0)
+                    .map(|[low, high]| table.shows((*low).into(), (*high).into()))
                     .collect()
             })
             .collect();

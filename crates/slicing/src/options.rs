@@ -1,7 +1,6 @@
 //! What can be chosen.
 
-use tetrascope_core::glam::DVec3;
-use tetrascope_core::{Bounds, Error};
+use tetrascope_core::Error;
 use tetrascope_gpu::wgpu::TextureFormat;
 
 /// How a grid is sliced.
@@ -24,8 +23,6 @@ pub struct SlicingOptions {
     pub level: Level,
     /// Whether and how surfaces are lit.
     pub shading: Shading,
-    /// Parts of the volume behind any of these are cut away; at most [`MAX_CLIP_PLANES`].
-    pub clip_planes: Vec<ClipPlane>,
     /// How samples lie in textures.
     pub storage: Storage,
     /// The most bytes of textures for samples and of copies on their way there.
@@ -42,9 +39,6 @@ pub const MIN_SLICES_PER_VOXEL: f64 = 0.5;
 /// The greatest [`SlicingOptions::slices_per_voxel`].
 pub const MAX_SLICES_PER_VOXEL: f64 = 64.0;
 
-/// The most [`SlicingOptions::clip_planes`].
-pub const MAX_CLIP_PLANES: usize = 16;
-
 impl Default for SlicingOptions {
     fn default() -> Self {
         SlicingOptions {
@@ -56,7 +50,6 @@ impl Default for SlicingOptions {
             plane_test: PlaneTest::Sides,
             level: Level::Auto,
             shading: Shading::None,
-            clip_planes: Vec::new(),
             storage: Storage::Auto,
             memory_budget: 1 << 30,
             target_format: TextureFormat::Rgba32Float,
@@ -87,24 +80,6 @@ impl SlicingOptions {
                 format!("level {level} of the octree"),
                 format!("give at most {MAX_LEVEL}, or auto"),
             );
-        }
-        if self.clip_planes.len() > MAX_CLIP_PLANES {
-            return wrong(
-                format!("{} clip planes", self.clip_planes.len()),
-                format!("give at most {MAX_CLIP_PLANES}"),
-            );
-        }
-        for plane in &self.clip_planes {
-            let length = plane.normal.length();
-            if !(plane.point.is_finite() && length.is_finite() && length > 0.0) {
-                return wrong(
-                    format!(
-                        "a clip plane through {} with normal {}",
-                        plane.point, plane.normal
-                    ),
-                    "give finite numbers, and a normal that is not zero".into(),
-                );
-            }
         }
         if let Shading::Phong(phong) = self.shading {
             let terms = [
@@ -229,30 +204,6 @@ impl Default for Phong {
             specular: 0.2,
             shininess: 20.0,
         }
-    }
-}
-
-/// A plane; what lies on the side of its normal stays.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClipPlane {
-    /// A point of the plane, world space.
-    pub point: DVec3,
-    /// Of any length, world space.
-    pub normal: DVec3,
-}
-
-impl ClipPlane {
-    /// The six planes that leave what is inside of `bounds`.
-    pub fn of_box(bounds: &Bounds) -> [ClipPlane; 6] {
-        let keep = |point, normal| ClipPlane { point, normal };
-        [
-            keep(bounds.min, DVec3::X),
-            keep(bounds.min, DVec3::Y),
-            keep(bounds.min, DVec3::Z),
-            keep(bounds.max, DVec3::NEG_X),
-            keep(bounds.max, DVec3::NEG_Y),
-            keep(bounds.max, DVec3::NEG_Z),
-        ]
     }
 }
 

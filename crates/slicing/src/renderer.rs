@@ -3,6 +3,8 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
+use tetrascope_core::appearance::ClipPlane;
+use tetrascope_core::grid::{BrickSource, Lattice, SampleType};
 use tetrascope_core::{Appearance, Error, Frame, FrameStats, View, Volume, VolumeRenderer};
 use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
 use tetrascope_gpu::memory::Source;
@@ -15,9 +17,8 @@ use crate::NAME;
 use crate::frame::{FrameGeometry, geometry};
 use crate::gpu_data;
 use crate::octree::{Octree, Place, Visibility};
-use crate::options::{ClipPlane, Filtering, Level, SlicingOptions};
+use crate::options::{Filtering, Level, SlicingOptions};
 use crate::slice::{Look, SliceData, SliceFrame, SlicePass};
-use crate::source::{BrickSource, GridSource, Lattice, SampleType};
 use crate::voxels::{Scale, Voxels};
 
 /// Pipelines and the uploaded grid.
@@ -49,7 +50,7 @@ struct Scene {
 /// What does not depend on the appearance.
 #[derive(Debug)]
 struct Samples {
-    source: Box<dyn BrickSource>,
+    source: Arc<dyn BrickSource>,
     lattice: Lattice,
     normalization: Normalization,
     octree: Octree,
@@ -87,12 +88,13 @@ impl Slicing {
         Slicing::from_source(gpu, source_of(volume)?, appearance, options)
     }
 
-    /// Draws a grid that need not fit in memory; see [`RawFile`](crate::RawFile).
+    /// Draws a grid that need not fit in memory; see also
+    /// [`GridStream`](tetrascope_core::grid::GridStream).
     ///
     /// Reads all of it once, to know what is empty. Errors as in [`Slicing::new`].
     pub fn from_source(
         gpu: &Gpu,
-        source: Box<dyn BrickSource>,
+        source: Arc<dyn BrickSource>,
         appearance: &Appearance,
         options: &SlicingOptions,
     ) -> Result<Slicing, Error> {
@@ -261,7 +263,7 @@ impl Slicing {
             scalar_base: scene.scale.base,
             scalar_factor: scene.scale.factor,
             scalar_shift: scene.scale.shift,
-            clip_plane_count: self.options.clip_planes.len() as u32,
+            clip_plane_count: scene.appearance.clip_planes.len() as u32,
             ..geometry.uniform(size)
         };
         let slabs = geometry.slabs_per_box(size);
@@ -371,9 +373,10 @@ fn clear(
 }
 
 /// The grid of `volume`, or why there is none.
-fn source_of(volume: &Volume) -> Result<Box<dyn BrickSource>, Error> {
+fn source_of(volume: &Volume) -> Result<Arc<dyn BrickSource>, Error> {
     match volume {
-        Volume::Grid(grid) => Ok(Box::new(GridSource::new(grid)?)),
+        Volume::Grid(grid) => Ok(Arc::new(grid.clone())),
+        Volume::Stream(stream) => Ok(stream.source().clone()),
         _ => Err(Error::Unsupported {
             renderer: NAME,
             what: "meshes".into(),
@@ -383,7 +386,7 @@ fn source_of(volume: &Volume) -> Result<Box<dyn BrickSource>, Error> {
 }
 
 impl Samples {
-    fn new(source: Box<dyn BrickSource>, options: &SlicingOptions) -> Result<Samples, Error> {
+    fn new(source: Arc<dyn BrickSource>, options: &SlicingOptions) -> Result<Samples, Error> {
         let lattice = source.lattice();
         Ok(Samples {
             normalization: Normalization::of(&lattice.bounds()),
@@ -491,7 +494,7 @@ impl Parts<'_> {
         } else {
             ResolvePass::new(gpu, model, READ_BACK_FORMAT)?
         };
-        let planes = clip_planes(&options.clip_planes, &volume.lattice);
+        let planes = clip_planes(&appearance.clip_planes, &volume.lattice);
         Ok(Scene {
             scale: Scale::of(voxels.texels, volume.source.sample_type(), tf),
             appearance: appearance.clone(),

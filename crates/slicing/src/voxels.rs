@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-use tetrascope_core::grid::Samples;
+use tetrascope_core::grid::{BrickSource, Region, SampleType, Samples};
 use tetrascope_core::{Error, TransferFunction};
 use tetrascope_gpu::wgpu::{
     self, Extent3d, Features, Origin3d, TextureDimension, TextureFormat, TextureUsages,
@@ -13,7 +13,6 @@ use tetrascope_shaders::slicing::{SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED, SLI
 
 use crate::octree::{Octree, Place, Visibility, places};
 use crate::options::{Filtering, SlicingOptions, Storage};
-use crate::source::{BrickSource, Region, SampleType};
 
 /// Stored for a NaN: beyond `GAP` in `slice.wgsl`, also a small share of it.
 const GAP: f32 = 1e38;

@@ -163,7 +163,6 @@ impl BrickSource for RawFile {
             SampleType::U16 => Number::U16,
             SampleType::I16 => Number::I16,
             SampleType::F32 => Number::F32,
-            _ => return Err(Error::invalid("samples of an unknown type")),
         };
         let converted = number.read(&mut bytes.as_slice(), endian, region.count());
         Ok(converted.map_err(io)?.samples)

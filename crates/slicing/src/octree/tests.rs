@@ -2,14 +2,13 @@ use tetrascope_core::glam::DMat3;
 use tetrascope_core::{Grid, Knot, OpticalModel, TransferFunction};
 
 use super::*;
-use crate::source::GridSource;
 
 /// A grid of bytes by a formula of the sample's place.
-fn grid(dims: [usize; 3], value: impl Fn(usize, usize, usize) -> u8) -> GridSource {
+fn grid(dims: [usize; 3], value: impl Fn(usize, usize, usize) -> u8) -> Grid {
     let samples = places(dims).map(|[x, y, z]| value(x, y, z)).collect();
     let samples = Samples::U8(samples);
     let grid = Grid::new(dims, DVec3::ZERO, DVec3::ONE, DMat3::IDENTITY, samples);
-    GridSource::new(&grid.expect("the grid is valid")).expect("bytes are known")
+    grid.expect("the grid is valid")
 }
 
 /// Opaque from `threshold` on.

@@ -143,7 +143,7 @@ fn a_linear_field_is_exact_with_slabs() {
     }
 }
 
-/// Turned, flipped and stretched grids, against the ray caster.
+/// Turned, flipped and stretched grids, against the exact picture.
 #[test]
 fn any_lattice_is_drawn_where_it_lies() {
     let Some(gpu) = testing::gpu("any_lattice_is_drawn_where_it_lies") else {
@@ -160,7 +160,7 @@ fn any_lattice_is_drawn_where_it_lies() {
     for (name, view) in views(&grid) {
         for optical_model in OpticalModel::VOLUMETRIC {
             let appearance = appearance(&tf, optical_model);
-            let truth = truth(&grid, &appearance, &view, 32.0);
+            let truth = truth(&grid, &appearance, &view);
             let options = SlicingOptions {
                 slices_per_voxel: 8.0,
                 ..Default::default()

@@ -1,15 +1,15 @@
 //! Pictures do not depend on how a volume is divided, stored or streamed.
 
 use std::io::Write as _;
+use std::sync::Arc;
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::grid::Samples;
-use tetrascope_core::{Grid, OpticalModel, VolumeRenderer as _};
+use tetrascope_core::grid::{GridStream, SampleType, Samples};
+use tetrascope_core::{Grid, OpticalModel, Volume, VolumeRenderer as _};
 use tetrascope_gpu::testing;
-use tetrascope_slicing::{
-    ByteOrder, Integration, Lattice, Level, RawFile, SampleType, Shading, Slicing, SlicingOptions,
-    Storage,
-};
+use tetrascope_io::RawFile;
+use tetrascope_io::grid::ByteOrder;
+use tetrascope_slicing::{Integration, Level, Shading, Slicing, SlicingOptions, Storage};
 
 use crate::support::*;
 
@@ -161,7 +161,7 @@ fn a_small_budget_streams_the_same_picture() {
         .and_then(|()| file.write_all(bytes))
         .expect("written");
     let open = |offset| {
-        let lattice = Lattice::of(&grid);
+        let lattice = *grid.lattice();
         RawFile::open(
             file.path(),
             offset,
@@ -170,8 +170,9 @@ fn a_small_budget_streams_the_same_picture() {
             ByteOrder::Little,
         )
     };
-    let source = Box::new(open(13).expect("all samples are there"));
-    let slicing = Slicing::from_source(&gpu, source, &appearance, &of(budget));
+    let source = Arc::new(open(13).expect("all samples are there"));
+    let stream = Volume::Stream(GridStream::new(source).expect("all of it is read"));
+    let slicing = Slicing::new(&gpu, &stream, &appearance, &of(budget));
     let slicing = slicing.expect("a few bricks fit");
     let from_file = slicing.render(&view).expect("drawn");
     assert_eq!(between(&whole, &from_file).1, 0.0);
@@ -203,7 +204,7 @@ fn a_small_budget_streams_the_same_picture() {
         memory_budget: 1000,
         ..Default::default()
     };
-    let source = Box::new(open(13).expect("all samples are there"));
+    let source = Arc::new(open(13).expect("all samples are there"));
     let error = Slicing::from_source(&gpu, source, &appearance, &options);
     assert!(error.expect_err("no room").to_string().contains("limit") || budget > 0);
 }

@@ -2,12 +2,14 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::Samples;
-use tetrascope_core::{Bounds, OpticalModel, TransferFunction, Volume, VolumeRenderer as _};
+use tetrascope_core::{
+    Appearance, Bounds, ClipPlane, OpticalModel, TransferFunction, Volume, VolumeRenderer as _,
+};
 use tetrascope_gpu::memory::{Source, read_back};
 use tetrascope_gpu::testing;
 use tetrascope_gpu::wgpu::{TextureFormat, TextureUsages};
 use tetrascope_slicing::{
-    ClipPlane, Filtering, Integration, Level, Phong, PlaneTest, Shading, Slicing, SlicingOptions,
+    Filtering, Integration, Level, Phong, PlaneTest, Shading, Slicing, SlicingOptions,
 };
 
 use crate::support::*;
@@ -63,14 +65,14 @@ fn clip_planes_cut_exactly() {
     };
     let smaller = grid(&smaller, |_| 0.8);
     let tf = ramp(5.0);
-    let appearance = appearance(&tf, OpticalModel::EmissionAbsorption);
-    let options = SlicingOptions {
+    let whole = appearance(&tf, OpticalModel::EmissionAbsorption);
+    let cut = Appearance {
         clip_planes: ClipPlane::of_box(&kept).to_vec(),
-        ..Default::default()
+        ..whole.clone()
     };
     for (name, view) in views(&volume) {
-        let clipped = draw(&gpu, &volume, &appearance, &options, &view);
-        let truth = truth(&smaller, &appearance, &view, 1.0);
+        let clipped = draw(&gpu, &volume, &cut, &Default::default(), &view);
+        let truth = truth(&smaller, &whole, &view);
         let (rmse, most) = difference(&clipped, &truth);
         // As for a uniform box; in a pixel whose ray meets a cut's edge, as much.
         assert!(most < 2e-5, "{name}: {rmse:e} {most:e}");
@@ -293,13 +295,6 @@ fn what_it_cannot_draw_is_refused() {
         },
         SlicingOptions {
             level: Level::Fixed(99),
-            ..Default::default()
-        },
-        SlicingOptions {
-            clip_planes: vec![ClipPlane {
-                point: DVec3::ZERO,
-                normal: DVec3::ZERO,
-            }],
             ..Default::default()
         },
         SlicingOptions {

@@ -1,13 +1,13 @@
-//! Small volumes, views, and a ray caster in f64 to compare with.
+//! Small volumes, views, and the exact pictures to compare with.
 
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::Samples;
-use tetrascope_core::optics::{RayIntegral, Segment};
 use tetrascope_core::{
     Appearance, Camera, CameraFit, Frame, Grid, Knot, OpticalModel, Projection, Ray,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
+use tetrascope_reference::{Reference, ReferenceOptions};
 use tetrascope_slicing::{Slicing, SlicingOptions};
 
 /// A grid of floats by a formula of the world position.
@@ -165,52 +165,12 @@ fn in_lattice(grid: &Grid, ray: &Ray) -> (DVec3, DVec3) {
     )
 }
 
-/// Trilinear interpolation.
-pub(crate) fn sample(grid: &Grid, lattice: DVec3) -> f64 {
-    let dims = grid.dims();
-    let base = [0, 1, 2].map(|a| (lattice[a].floor().max(0.0) as usize).min(dims[a] - 2));
-    let f = [0, 1, 2].map(|a| (lattice[a] - base[a] as f64).clamp(0.0, 1.0));
-    let mut sum = 0.0;
-    for corner in 0..8_usize {
-        let bit = |a: usize| corner >> a & 1;
-        let weight: f64 = (0..3)
-            .map(|a| if bit(a) == 1 { f[a] } else { 1.0 - f[a] })
-            .product();
-        let [i, j, k] = [0, 1, 2].map(|a| base[a] + bit(a));
-        sum += weight * grid.samples().get(i + dims[0] * (j + dims[1] * k));
-    }
-    sum
-}
-
-/// The picture by linear pieces, `pieces` to the way between two samples: their error is
-/// of second order and has the sign of the curvature.
-pub(crate) fn truth(
-    grid: &Grid,
-    appearance: &Appearance,
-    view: &View,
-    pieces: f64,
-) -> Vec<[f64; 4]> {
-    let step = grid.spacing().min_element() / pieces;
-    pixels(view, |ray| {
-        let mut integral =
-            RayIntegral::new(&appearance.transfer_function, appearance.optical_model);
-        let (start, end) = span(grid, ray);
-        let (origin, direction) = in_lattice(grid, ray);
-        let count = ((end - start) / step).ceil().max(0.0);
-        let at = |i: f64| {
-            let t = start + (end - start) * (i / count);
-            sample(grid, origin + t * direction)
-        };
-        for i in 0..count as usize {
-            let (front, back) = (at(i as f64), at(i as f64 + 1.0));
-            integral.add(&Segment {
-                front,
-                back,
-                length: (end - start) / count,
-            });
-        }
-        integral.over(view.premultiplied_background())
-    })
+/// The exact picture.
+pub(crate) fn truth(grid: &Grid, appearance: &Appearance, view: &View) -> Vec<[f64; 4]> {
+    let volume = Volume::Grid(grid.clone());
+    let reference = Reference::new(&volume, appearance, &ReferenceOptions::default());
+    let image = reference.expect("a grid is drawn").render_exact(view);
+    image.expect("the view is valid").pixels
 }
 
 /// A picture by a formula of the ray.
