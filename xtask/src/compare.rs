@@ -145,7 +145,7 @@ fn scene(
     let volume = &loaded.volume;
     let convex = match volume {
         Volume::Mesh(mesh) => Some(mesh.boundary_statistics().convex),
-        Volume::Grid(_) => Some(true),
+        Volume::Grid(_) | Volume::Stream(_) => Some(true),
         _ => None,
     };
     let mut report = SceneReport {

@@ -2,17 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
+use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::{Association, type_name};
 use tetrascope_core::scene::VolumeSource;
-use tetrascope_core::{Error, Scalars, TetMesh, Volume};
+use tetrascope_core::{Error, TetMesh, Volume};
 use tetrascope_datasets::Options;
-use tetrascope_io::{ReadOptions, read_mesh};
+use tetrascope_io::{FileData, GridData, MeshData, ReadOptions, read_file};
 
 /// A volume and what was found out while loading it.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// What can be drawn, with the chosen field.
     pub volume: Volume,
+    /// The name of that field.
+    pub field: String,
     /// What it is, one line: cells before and after splitting, and the field.
     pub description: String,
     /// What was found out, repaired or left out, one sentence each.
@@ -37,7 +40,7 @@ pub struct FieldSummary {
 /// Reads or makes the volume that `source` names.
 ///
 /// # Errors
-/// Those of [`read_mesh`] and of [`Dataset::mesh`](tetrascope_datasets::Dataset::mesh);
+/// Those of [`read_file`] and of [`Dataset::mesh`](tetrascope_datasets::Dataset::mesh);
 /// [`Error::NoSuchField`] with the fields that exist; [`Error::Invalid`] for a
 /// source that names no volume, or two, or options that do not go with it.
 pub fn load(source: &VolumeSource) -> Result<Loaded, Error> {
@@ -53,6 +56,11 @@ pub fn load(source: &VolumeSource) -> Result<Loaded, Error> {
         (None, Some(_)) if source.solution.is_some() => wrong(
             "`solution` is for Plot3D files, and the volume is a data set".into(),
             "leave it out",
+        ),
+        (None, Some(_)) if source.has_raw_keys() => wrong(
+            "`dims`, `type` and what goes with them are for raw files, and the volume is a data set"
+                .into(),
+            "leave them out",
         ),
         (Some(path), None) => from_file(path, source),
         (None, Some(name)) => from_dataset(name, source),
@@ -73,9 +81,16 @@ fn wrong(what: String, help: &str) -> Result<Loaded, Error> {
 fn from_file(path: &Path, source: &VolumeSource) -> Result<Loaded, Error> {
     let options = ReadOptions {
         solution: source.solution.clone(),
+        raw: source.raw_layout()?,
         ..ReadOptions::default()
     };
-    let mut data = read_mesh(path, &options)?;
+    match read_file(path, &options)? {
+        FileData::Mesh(data) => from_mesh(data, source),
+        FileData::Grid(data) => from_grid(data, source),
+    }
+}
+
+fn from_mesh(mut data: MeshData, source: &VolumeSource) -> Result<Loaded, Error> {
     let notes = std::mem::take(&mut data.notes);
     let files = std::mem::take(&mut data.files);
     let ranges = data.field_ranges();
@@ -85,12 +100,42 @@ fn from_file(path: &Path, source: &VolumeSource) -> Result<Loaded, Error> {
         .zip(ranges)
         .map(|(field, range)| FieldSummary {
             name: field.name.clone(),
-            association: association(field),
+            association: association(field.association),
             range,
         });
     let fields = fields.collect();
     let mesh = data.into_mesh(source.field.as_deref())?;
     Ok(loaded(mesh, notes, fields, files))
+}
+
+fn from_grid(mut data: GridData, source: &VolumeSource) -> Result<Loaded, Error> {
+    let notes = std::mem::take(&mut data.notes);
+    let files = std::mem::take(&mut data.files);
+    let fields = data.fields.iter().map(|field| FieldSummary {
+        name: field.name.clone(),
+        association: association(field.association),
+        range: field.samples.range(),
+    });
+    let fields: Vec<FieldSummary> = fields.collect();
+    let (volume, field) = data.into_volume(source.field.as_deref())?;
+    let (lattice, sample_type) = match &volume {
+        Volume::Grid(grid) => (*grid.lattice(), grid.samples().sample_type()),
+        Volume::Stream(stream) => (stream.source().lattice(), stream.source().sample_type()),
+        _ => return Err(Error::invalid("a grid that is none")),
+    };
+    let [nx, ny, nz] = lattice.dims;
+    let DVec3 { x, y, z } = lattice.spacing;
+    Ok(Loaded {
+        description: format!(
+            "{nx}×{ny}×{nz} samples of {}, {x}×{y}×{z} apart, field '{field}'",
+            sample_type.name()
+        ),
+        volume,
+        field,
+        notes,
+        fields,
+        files,
+    })
 }
 
 fn from_dataset(name: &str, source: &VolumeSource) -> Result<Loaded, Error> {
@@ -100,7 +145,7 @@ fn from_dataset(name: &str, source: &VolumeSource) -> Result<Loaded, Error> {
     })?;
     let field = FieldSummary {
         name: mesh.scalars().name.clone(),
-        association: association(mesh.scalars()),
+        association: association(mesh.scalars().association),
         range: mesh.scalar_range(),
     };
     if let Some(wanted) = source
@@ -140,9 +185,10 @@ fn loaded(
     description += &format!(
         ", field '{}' ({})",
         mesh.scalars().name,
-        association(mesh.scalars())
+        association(mesh.scalars().association)
     );
     Loaded {
+        field: mesh.scalars().name.clone(),
         volume: Volume::Mesh(mesh),
         description,
         notes,
@@ -151,8 +197,8 @@ fn loaded(
     }
 }
 
-fn association(field: &Scalars) -> &'static str {
-    match field.association {
+fn association(association: Association) -> &'static str {
+    match association {
         Association::Point => "point",
         Association::Cell => "cell",
     }

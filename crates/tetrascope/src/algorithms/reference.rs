@@ -1,7 +1,7 @@
 //! The ground truth's entry.
 
 use tetrascope_core::{Appearance, Error, Frame, View, Volume, VolumeRenderer};
-use tetrascope_reference::{ABILITIES, NAME, Reference, ReferenceOptions};
+use tetrascope_reference::{NAME, Reference, ReferenceOptions, supports};
 
 use super::Algorithm;
 use crate::Progress;
@@ -11,23 +11,13 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     title: "exact BVH ray casting, the ground truth",
     paper: "N. Max, \"Optical Models for Direct Volume Rendering\", IEEE Transactions on \
             Visualization and Computer Graphics 1(2), 1995, pp. 99-108, doi:10.1109/2945.468400",
-    draws: "any mesh, non-convex, cyclic or overlapping too, in every optical model, in f64 with \
-            an error bound",
+    draws: "any mesh, non-convex, cyclic or overlapping too, and any regular grid in memory, in \
+            every volumetric optical model, in f64 with an error bound; meshes in all",
     needs_gpu: false,
     settings: &[],
     sweep: |_| &[""],
     admits: |_| 0.0,
-    supports: |volume, appearance, _| {
-        ABILITIES.check(NAME, appearance)?;
-        match volume {
-            Volume::Mesh(_) => Ok(()),
-            _ => Err(Error::Unsupported {
-                renderer: NAME,
-                what: "regular grids".into(),
-                reason: "it casts rays through tetrahedra".into(),
-            }),
-        }
-    },
+    supports: |volume, appearance, _| supports(volume, appearance),
     build: |context, volume, appearance, _| {
         let reference = Reference::new(volume, appearance, &ReferenceOptions::default())?;
         Ok(match context.progress() {

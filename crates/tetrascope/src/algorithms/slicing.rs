@@ -91,7 +91,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     supports: |volume, appearance, _| {
         ABILITIES.check(NAME, appearance)?;
         match volume {
-            Volume::Grid(_) => Ok(()),
+            Volume::Grid(_) | Volume::Stream(_) => Ok(()),
             _ => Err(Error::Unsupported {
                 renderer: NAME,
                 what: "meshes".into(),

@@ -6,6 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use tetrascope::core::colormap::{Colormap, srgb_to_linear};
 use tetrascope::core::glam::DVec3;
+use tetrascope::core::scene::{ByteOrder, RawNumber};
 use tetrascope::core::{CameraFit, ClipPlane, OpticalModel};
 
 const EXIT_CODES: &str = "\
@@ -22,11 +23,13 @@ WGPU_ADAPTER_NAME are honored.
 Examples:
   tetrascope render sphere
   tetrascope render finxyz.bin --field density -o fin.png
+  tetrascope render head.nii.gz --range 100,400
+  tetrascope render head.raw --dims 256x256x93 --type i16 --spacing 1,1,1.5
   tetrascope render mesh.vtu --camera fit+x --colormap inferno --size 800x600
   tetrascope print-scene mesh.vtu > scene.toml
   tetrascope render --scene scene.toml --algorithm projection -o scene.exr";
 
-/// Draws unstructured meshes by published algorithms, and says how exactly.
+/// Draws unstructured meshes and regular grids by published algorithms, and says how exactly.
 #[derive(Parser)]
 #[command(name = "tetrascope", version, after_help = EXIT_CODES)]
 pub(crate) struct Cli {
@@ -58,9 +61,9 @@ pub(crate) struct Global {
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// Draw a mesh, a data set or a scene and write the picture
+    /// Draw a mesh, a grid, a data set or a scene and write the picture
     Render(RenderArgs),
-    /// Describe a mesh: cells, fields, bounds, problems
+    /// Describe a mesh or a grid: cells, fields, bounds, problems
     Info(InfoArgs),
     /// List the algorithms, each with its paper and its settings
     Algorithms,
@@ -95,7 +98,7 @@ pub(crate) struct RenderArgs {
 /// A volume and how it looks. Options override the scene file.
 #[derive(Args)]
 pub(crate) struct SceneArgs {
-    /// A mesh file, or a data set's name
+    /// A file with a mesh or a grid, or a data set's name
     #[arg(value_name = "FILE|DATASET", required_unless_present = "scene")]
     pub(crate) volume: Option<PathBuf>,
     #[command(flatten)]
@@ -140,7 +143,7 @@ pub(crate) struct SceneArgs {
 
 #[derive(Args)]
 pub(crate) struct InfoArgs {
-    /// A mesh file, or a data set's name
+    /// A file with a mesh or a grid, or a data set's name
     #[arg(value_name = "FILE|DATASET")]
     pub(crate) volume: PathBuf,
     #[command(flatten)]
@@ -162,7 +165,28 @@ pub(crate) struct VolumeArgs {
     /// The seed of a random data set
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
+    /// Samples along each axis of a raw file, x fastest
+    #[arg(long, value_name = "NXxNYxNZ", value_parser = dims, help_heading = RAW)]
+    pub(crate) dims: Option<[usize; 3]>,
+    /// The type of a raw file's numbers
+    #[arg(long = "type", value_name = "TYPE", value_parser = raw_numbers(), help_heading = RAW)]
+    pub(crate) number: Option<RawNumber>,
+    /// The distance of samples along each axis, world units [default: 1,1,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, help_heading = RAW)]
+    pub(crate) spacing: Option<DVec3>,
+    /// Where the first sample lies, world space [default: 0,0,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, help_heading = RAW)]
+    pub(crate) origin: Option<DVec3>,
+    /// Bytes before the first number [default: 0]
+    #[arg(long, value_name = "BYTES", help_heading = RAW)]
+    pub(crate) offset: Option<u64>,
+    /// The order of a number's bytes [default: little]
+    #[arg(long, value_name = "ORDER", value_parser = byte_orders(), help_heading = RAW)]
+    pub(crate) byte_order: Option<ByteOrder>,
 }
+
+/// The heading of options that say what is in a file of samples alone.
+const RAW: &str = "Raw files";
 
 fn models() -> impl clap::builder::TypedValueParser<Value = OpticalModel> {
     PossibleValuesParser::new(OpticalModel::ALL.map(OpticalModel::name)).map(|name| {
@@ -176,6 +200,36 @@ fn colormaps() -> impl clap::builder::TypedValueParser<Value = Colormap> {
         let map = Colormap::ALL.into_iter().find(|m| m.name() == name);
         map.expect("one of the possible values")
     })
+}
+
+fn raw_numbers() -> impl clap::builder::TypedValueParser<Value = RawNumber> {
+    PossibleValuesParser::new(RawNumber::ALL.map(RawNumber::name)).map(|name| {
+        let number = RawNumber::ALL.into_iter().find(|n| n.name() == name);
+        number.expect("one of the possible values")
+    })
+}
+
+fn byte_orders() -> impl clap::builder::TypedValueParser<Value = ByteOrder> {
+    PossibleValuesParser::new(ByteOrder::ALL.map(|(name, _)| name)).map(|name| {
+        let order = ByteOrder::ALL.into_iter().find(|(n, _)| *n == name);
+        order.expect("one of the possible values").1
+    })
+}
+
+fn dims(text: &str) -> Result<[usize; 3], String> {
+    let parts = text
+        .split(['x', 'X', '×'])
+        .map(|part| part.trim().parse().ok());
+    let dims: Option<Vec<usize>> = parts.collect();
+    let dims = dims.and_then(|dims| dims.try_into().ok());
+    dims.ok_or_else(|| "give three whole numbers, as 256x256x128".into())
+}
+
+fn vector(text: &str) -> Result<DVec3, String> {
+    let numbers: Option<[f64; 3]> = numbers(text).and_then(|n| n.try_into().ok());
+    numbers
+        .map(DVec3::from_array)
+        .ok_or_else(|| "give three numbers, as 1,1,2.5".into())
 }
 
 fn size(text: &str) -> Result<(u32, u32), String> {
@@ -254,6 +308,10 @@ mod tests {
         for wrong in ["", "64x", "-1x2", "1e3", "4294967296x1"] {
             assert!(size(wrong).is_err(), "{wrong}");
         }
+        assert_eq!(dims("2x30x4"), Ok([2, 30, 4]));
+        assert!(dims("2x3").is_err() && dims("2x3x-4").is_err() && dims("a").is_err());
+        assert_eq!(vector("1,-2,0.5"), Ok(DVec3::new(1.0, -2.0, 0.5)));
+        assert!(vector("1,2").is_err());
         assert_eq!(range("-1,2.5"), Ok([-1.0, 2.5]));
         assert!(range("1").is_err() && range("1,2,3").is_err() && range("a,b").is_err());
         assert_eq!(background("#ffffff"), Ok([1.0; 4]));

@@ -1,4 +1,6 @@
-//! `info`: what a mesh consists of and what is wrong with it.
+//! `info`: what a mesh or a grid consists of and what is wrong with it.
+
+mod grid;
 
 use serde_json::{Value, json};
 use tetrascope::core::mesh::{BoundaryStatistics, MeshReport, type_name};
@@ -14,14 +16,56 @@ pub(crate) fn run(args: &InfoArgs, output: &Output) -> Result<(), Stop> {
     let source = source(Some(&args.volume), &args.options)?;
     let what = format!("loading {}", args.volume.display());
     let (loaded, _) = output.timed(&what, || volumes::load(&source))?;
-    let Volume::Mesh(mesh) = &loaded.volume else {
-        return Err(Error::invalid("`info` describes meshes, and this is none").into());
+    let mesh = match &loaded.volume {
+        Volume::Mesh(mesh) => mesh,
+        Volume::Grid(grid) => {
+            return grid::print(
+                &loaded,
+                grid.lattice(),
+                grid.samples().sample_type(),
+                output,
+            );
+        }
+        Volume::Stream(stream) => {
+            let source = stream.source();
+            return grid::print(&loaded, &source.lattice(), source.sample_type(), output);
+        }
+        _ => return Err(Error::invalid("`info` describes meshes and grids").into()),
     };
     let (facts, _) = output.timed("examining the mesh", || Ok(Facts::of(&loaded, mesh)))?;
     if output.json() {
         return output.json_result(&facts.json());
     }
     output.result(facts.text().join("\n"))
+}
+
+/// The fields, a line each.
+fn fields(loaded: &Loaded) -> Vec<String> {
+    let mut lines = vec!["fields".into()];
+    for FieldSummary {
+        name,
+        association,
+        range,
+    } in &loaded.fields
+    {
+        let range = match range {
+            Some((low, high)) => format!("[{low}, {high}]"),
+            None => "no finite value".into(),
+        };
+        let drawn = if *name == loaded.field { ", drawn" } else { "" };
+        lines.push(format!("  {name} {range} ({association}{drawn})"));
+    }
+    lines
+}
+
+/// What was noticed, a line each.
+fn notes(loaded: &Loaded) -> Vec<String> {
+    let mut lines = vec!["notes".into()];
+    if loaded.notes.is_empty() {
+        lines.push("  none: no problems found".into());
+    }
+    lines.extend(loaded.notes.iter().map(|note| format!("  {note}")));
+    lines
 }
 
 struct Facts<'a> {
@@ -53,31 +97,13 @@ impl Facts<'_> {
         }
         lines.push(format!("tetrahedra     {}", self.report.tetrahedra));
         lines.push(format!("points         {}", self.mesh.points().len()));
-        lines.push("fields".into());
-        let chosen = &self.mesh.scalars().name;
-        for FieldSummary {
-            name,
-            association,
-            range,
-        } in &self.loaded.fields
-        {
-            let range = match range {
-                Some((low, high)) => format!("[{low}, {high}]"),
-                None => "no finite value".into(),
-            };
-            let drawn = if name == chosen { ", drawn" } else { "" };
-            lines.push(format!("  {name} {range} ({association}{drawn})"));
-        }
+        lines.extend(fields(self.loaded));
         let Bounds { min, max } = self.bounds;
         lines.push(format!("bounds         {min} to {max}"));
         lines.push(format!("volume         {}", self.mesh.volume()));
         lines.push(format!("boundary       {}", self.shape()));
         lines.push(format!("unit distance  {}", self.unit_distance));
-        lines.push("notes".into());
-        if self.loaded.notes.is_empty() {
-            lines.push("  none: no problems found".into());
-        }
-        lines.extend(self.loaded.notes.iter().map(|note| format!("  {note}")));
+        lines.extend(notes(self.loaded));
         lines
     }
 

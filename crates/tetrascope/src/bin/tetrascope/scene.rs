@@ -181,6 +181,12 @@ pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeS
         cells: args.cells,
         seed: args.seed,
         field: args.field.clone(),
+        dims: args.dims,
+        number: args.number,
+        spacing: args.spacing,
+        origin: args.origin,
+        offset: args.offset,
+        byte_order: args.byte_order,
         ..VolumeSource::default()
     };
     let Some(volume) = volume else {
@@ -198,7 +204,9 @@ pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeS
     } else {
         let help = match nearest(&name, &names) {
             Some(near) => format!("did you mean '{near}'?"),
-            None => "give the path of a mesh file, or one of these data sets".into(),
+            None => {
+                "give the path of a file with a mesh or a grid, or one of these data sets".into()
+            }
         };
         return Err(Error::Invalid {
             what: format!("'{name}' is neither a file nor a data set"),
@@ -216,6 +224,12 @@ fn merge(source: &mut VolumeSource, given: VolumeSource) {
     source.field = given.field.or(source.field.take());
     source.cells = given.cells.or(source.cells);
     source.seed = given.seed.or(source.seed);
+    source.dims = given.dims.or(source.dims);
+    source.number = given.number.or(source.number);
+    source.spacing = given.spacing.or(source.spacing);
+    source.origin = given.origin.or(source.origin);
+    source.offset = given.offset.or(source.offset);
+    source.byte_order = given.byte_order.or(source.byte_order);
 }
 
 fn name(source: &VolumeSource) -> String {
