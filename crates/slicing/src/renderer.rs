@@ -347,9 +347,10 @@ impl Slicing {
 
 /// What a polygon costs beside its fragments, in fragments.
 ///
-/// Six vertices and four triangles, many without area. On llvmpipe a polygon took about 11 µs
-/// and a fragment 0.13 to 0.2 µs (256³ samples, 4096 boxes against one, 192×192 pixels).
-const FRAGMENTS_PER_POLYGON: f64 = 64.0;
+/// Six vertices and four triangles, many without area. On llvmpipe a polygon took as long as
+/// 24 to 37 fragments (`aneurism`, 256³ samples, 512×512 pixels, medians of three: one box
+/// 13.7 s, 1150 of 4096 boxes 5.3 s, 4730 of 32768 boxes 4.2 s on a loaded machine).
+const FRAGMENTS_PER_POLYGON: f64 = 32.0;
 
 fn clear(
     encoder: &mut wgpu::CommandEncoder,

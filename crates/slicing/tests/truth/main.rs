@@ -4,4 +4,5 @@ mod analytic;
 mod bricks;
 mod convergence;
 mod features;
+mod real_data;
 mod support;

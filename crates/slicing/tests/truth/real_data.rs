@@ -1,0 +1,63 @@
+//! A public volume, where it is: `../shared/data` beside the repository, or the folder that
+//! `TETRASCOPE_DATA` names.
+
+use std::path::PathBuf;
+
+use tetrascope_core::{Camera, CameraFit, OpticalModel, TransferFunction, View, Volume};
+use tetrascope_gpu::testing;
+use tetrascope_io::{FileData, ReadOptions, read_file};
+use tetrascope_slicing::{Level, SlicingOptions};
+
+use crate::support::*;
+
+/// Arteries, 99 % of 256³ samples 0: most boxes are left out, and nothing is missing.
+#[test]
+fn skipping_leaves_the_aneurism_as_it_is() {
+    let name = "skipping_leaves_the_aneurism_as_it_is";
+    let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
+        PathBuf::from,
+    );
+    let path = folder.join("aneurism.vti");
+    if !path.is_file() {
+        println!("skipped: there is no {}", path.display());
+        return;
+    }
+    let Some(gpu) = testing::gpu(name) else {
+        return;
+    };
+    let data = read_file(&path, &ReadOptions::default()).expect("it is read");
+    let FileData::Grid(data) = data else {
+        panic!("it is a grid");
+    };
+    let (Volume::Grid(grid), _) = data.into_volume(None).expect("it has a field") else {
+        panic!("it fits in memory");
+    };
+    let vessels = vec![
+        knot(30.0, [1.0, 0.9, 0.8], 0.0),
+        knot(255.0, [1.0, 0.2, 0.1], 0.5),
+    ];
+    let vessels = TransferFunction::new(vessels).expect("sorted");
+    let view = View {
+        camera: Camera::fit(&grid.bounds(), CameraFit::PlusIso, false, 1.0),
+        width: 96,
+        height: 96,
+        background: [0.0; 4],
+    };
+    let of = |level| SlicingOptions {
+        level: Level::Fixed(level),
+        slices_per_voxel: 1.0,
+        ..Default::default()
+    };
+    let appearance = appearance(&vessels, OpticalModel::EmissionAbsorption);
+    let whole = draw(&gpu, &grid, &appearance, &of(0), &view);
+    assert!(shows(&whole));
+    for (level, most) in [(4, 0.3), (5, 0.15)] {
+        let boxes = draw(&gpu, &grid, &appearance, &of(level), &view);
+        // Slabs have the same bits in each box, and those that are left out add nothing.
+        assert_eq!(between(&whole, &boxes).1, 0.0);
+        let drawn = boxes.stats.bricks_drawn.expect("counted") as f64;
+        let share = drawn / f64::from(1_u32 << (3 * level));
+        assert!(share < most, "level {level}: {share}");
+    }
+}
