@@ -30,7 +30,8 @@
 //! - The paper peels the boundary layer by layer with a bias of 0.1 on depths.
 //!   Here a ray finds all its boundary faces in its tile's list, and those
 //!   that belong together are paired by following the ray. There is no bias and
-//!   no other tolerance; `walk.wgsl` says why a ray cannot be lost.
+//!   no other tolerance; `walk.wgsl` says why a ray cannot be lost. What it assumes
+//!   of products is asked of each device once (`sides` of `tetrascope-gpu`).
 //! - Scalars and depths come from positive weights of a face's corners, not from
 //!   a cell's gradient, which overshoots on slivers.
 //! - A cell takes 20 bytes instead of 144.
