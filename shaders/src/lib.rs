@@ -56,6 +56,26 @@ macro_rules! cell_program {
     };
 }
 
+/// A program that draws the faces of cells; `$part` is how those are stored.
+macro_rules! face_program {
+    ($part:literal) => {
+        program!(
+            "projection/frame.wgsl",
+            "projection/vertices.wgsl",
+            "projection/mesh.wgsl",
+            "projection/faces.wgsl",
+            $part,
+            "common/optics_model.wgsl",
+            "common/transfer_function.wgsl",
+            "common/optics.wgsl",
+            "preintegration/axes.wgsl",
+            "preintegration/lookup.wgsl",
+            "projection/transfer.wgsl",
+            "projection/face.wgsl",
+        )
+    };
+}
+
 /// The GPU radix sort of `tetrascope-gpu`, one program for each of its passes.
 pub mod sort {
     /// Pass 1: count the digits of each block.
@@ -128,6 +148,12 @@ pub mod projection {
     pub const CELL: &str = cell_program!("projection/cell.wgsl");
     /// Pass 3 for isosurfaces: draw where rays meet them in cells.
     pub const SURFACE: &str = cell_program!("common/look.wgsl", "projection/surface.wgsl");
+    /// Pass 3 by ray parameters at vertices: faces of shared vertices.
+    pub const FACES_SHARED: &str = face_program!("projection/faces_shared.wgsl");
+    /// Pass 3 by ray parameters at vertices: twelve vertices a cell.
+    pub const FACES_FLOATS: &str = face_program!("projection/faces_floats.wgsl");
+    /// Pass 3 by ray parameters at vertices: twelve vertices a cell, in 16 bits.
+    pub const FACES_SHORTS: &str = face_program!("projection/faces_shorts.wgsl");
     /// Pass 4 for isosurfaces: put them among other geometry.
     pub const AMONG: &str = program!("projection/frame.wgsl", "projection/among.wgsl");
     /// Pass 3, sorted in each pixel: draw the cells and list what each adds.
@@ -167,12 +193,9 @@ pub mod raycast_peel {
         "preintegration/axes.wgsl",
         "preintegration/lookup.wgsl",
         "common/sides.wgsl",
-        "common/texels.wgsl",
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",
     );
-    /// Other scalars for vertices that are there.
-    pub const SCALARS: &str = program!("raycast_peel/scalars.wgsl");
     /// The same for rays that are given one by one, to test it.
     pub const AIM: &str = program!(
         "common/optics_model.wgsl",
@@ -183,7 +206,6 @@ pub mod raycast_peel {
         "preintegration/axes.wgsl",
         "preintegration/lookup.wgsl",
         "common/sides.wgsl",
-        "common/texels.wgsl",
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",
         "raycast_peel/aim.wgsl",
@@ -218,7 +240,7 @@ pub mod ping_pong {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 27] = [
+pub const PROGRAMS: [(&str, &str); 29] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -230,6 +252,9 @@ pub const PROGRAMS: [(&str, &str); 27] = [
     ("projection::ORDER", projection::ORDER),
     ("projection::CELL", projection::CELL),
     ("projection::FILL", projection::FILL),
+    ("projection::FACES_SHARED", projection::FACES_SHARED),
+    ("projection::FACES_FLOATS", projection::FACES_FLOATS),
+    ("projection::FACES_SHORTS", projection::FACES_SHORTS),
     ("projection::SURFACE", projection::SURFACE),
     ("projection::AMONG", projection::AMONG),
     ("projection::COMPOSITE", projection::COMPOSITE),
@@ -240,7 +265,6 @@ pub const PROGRAMS: [(&str, &str); 27] = [
     ("slicing::SLICE_FILTERED", slicing::SLICE_FILTERED),
     ("raycast_peel::MARCH", raycast_peel::MARCH),
     ("raycast_peel::AIM", raycast_peel::AIM),
-    ("raycast_peel::SCALARS", raycast_peel::SCALARS),
     ("ping_pong::ENTRY", ping_pong::ENTRY),
     ("ping_pong::STEP", ping_pong::STEP),
     ("ping_pong::RETIRE", ping_pong::RETIRE),

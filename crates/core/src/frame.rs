@@ -65,6 +65,9 @@ pub struct FrameStats {
     pub visibility_cycles: Option<u64>,
     /// Fragments that were kept to be sorted in their pixels.
     pub fragments_sorted: Option<u64>,
+    /// Bytes that one of the volume's cells takes on the device on average, whatever the
+    /// view and the appearance.
+    pub bytes_per_cell: Option<f64>,
     /// Bytes of the volume that stay on the device (or in memory) between frames.
     pub bytes_resident: u64,
     /// The image's worst error bound, absolute, if the renderer has one.

@@ -8,16 +8,6 @@ use wgpu::{BufferUsages, TextureUsages};
 
 use crate::Gpu;
 
-/// Bytes of a texture's texels.
-pub fn texture_bytes(texture: &wgpu::Texture) -> u64 {
-    let texel = texture.format().block_copy_size(None).unwrap_or(16);
-    let layers = texture.depth_or_array_layers();
-    u64::from(texture.width()) * u64::from(texture.height()) * u64::from(layers) * u64::from(texel)
-}
-
-/// How [`Gpu::upload_texels`] lays texels out, as in `common/texels.wgsl`.
-pub const TEXELS_PER_ROW: u32 = 4096;
-
 impl Gpu {
     /// An empty buffer of `bytes` bytes, rounded up to what wgpu copies.
     ///
@@ -152,7 +142,7 @@ impl Gpu {
         })
     }
 
-    /// Writes all texels of `texture`, row-major, before the next submission.
+    /// Writes all texels of `texture`, row-major and slice by slice, before the next submission.
     ///
     /// Panics if `contents` does not have their size.
     pub fn write_texture<T: bytemuck::Pod>(
@@ -166,41 +156,18 @@ impl Gpu {
         let row = size.width * texel;
         assert_eq!(
             bytes.len() as u64,
-            u64::from(row) * u64::from(size.height),
+            u64::from(row) * u64::from(size.height) * u64::from(size.depth_or_array_layers),
             "every texel has its contents"
         );
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
             bytes_per_row: Some(row),
-            rows_per_image: None,
+            rows_per_image: Some(size.height),
         };
         self.checked("gpu::write_texture", bytes.len() as u64, || {
             self.queue()
                 .write_texture(texture.as_image_copy(), bytes, layout, size);
         })
-    }
-
-    /// A texture of `contents`, [`TEXELS_PER_ROW`] in each row, that shaders read by
-    /// number: texel i is at (i % TEXELS_PER_ROW, i / TEXELS_PER_ROW).
-    ///
-    /// Software rasterizers read texels several times faster than buffers.
-    pub fn upload_texels<T: bytemuck::Pod>(
-        &self,
-        label: &str,
-        format: wgpu::TextureFormat,
-        contents: &[T],
-    ) -> Result<wgpu::Texture, Error> {
-        let count = contents.len().max(1) as u64;
-        let width = count.min(TEXELS_PER_ROW.into()) as u32;
-        let rows = count.div_ceil(TEXELS_PER_ROW.into());
-        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
-        // What does not fit is refused with the texture.
-        let rows = rows.min(u32::MAX.into()) as u32;
-        let texture = self.texture(label, (width, rows), format, usage)?;
-        let mut padded = contents.to_vec();
-        padded.resize(width as usize * rows as usize, T::zeroed());
-        self.write_texture(&texture, &padded)?;
-        Ok(texture)
     }
 
     fn checked_size(&self, what: &str, bytes: u64, usage: BufferUsages) -> Result<u64, Error> {

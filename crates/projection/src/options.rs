@@ -1,8 +1,10 @@
 //! What can be chosen.
 
-use tetrascope_core::Error;
+use tetrascope_core::{Error, OpticalModel};
 pub use tetrascope_gpu::Integration;
 use tetrascope_gpu::wgpu::{CompareFunction, TextureFormat};
+
+use crate::NAME;
 
 /// How cells are drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +20,9 @@ pub struct ProjectionOptions {
     /// Bytes that [`Order::PerPixel`] may take for the fragments of one tile of the
     /// image, 24 each. With less, there are more tiles, and each draws all cells.
     pub fragment_bytes: u64,
+    /// Samples a side of the texture of [`ExitSearch::PerVertexTexture`], from 2 to
+    /// [`ExitSearch::MOST`]; the paper has 128.
+    pub minimum_side: u32,
     /// How isosurfaces are found in a cell.
     pub surfaces: SurfaceSearch,
     /// The depth buffer that [`Projection::encode_among`](crate::Projection::encode_among)
@@ -36,6 +41,7 @@ impl Default for ProjectionOptions {
             integration: Integration::Exact,
             order: Order::Centroid,
             fragment_bytes: 1 << 28,
+            minimum_side: 128,
             surfaces: SurfaceSearch::Exact,
             depth_format: None,
             target_format: TextureFormat::Rgba32Float,
@@ -49,6 +55,13 @@ impl Default for ProjectionOptions {
 pub enum ExitSearch {
     /// In each fragment (§3.2).
     PerFragment,
+    /// Ray parameters are computed at the vertices of front faces and interpolated, and
+    /// their minimum is taken by comparisons (§4). For parallel rays alone, without
+    /// [`Order::PerPixel`] and isosurfaces.
+    PerVertex,
+    /// The same, and their minimum is taken from a texture (§4.1), of
+    /// [`ProjectionOptions::minimum_side`].
+    PerVertexTexture,
 }
 
 /// How cells lie in the device's memory.
@@ -58,6 +71,11 @@ pub enum CellLayout {
     /// Four indices a cell into vertices that cells share (§8): 16 bytes a cell,
     /// 16 bytes a vertex, and 4 bytes a cell that is drawn.
     SharedVertices,
+    /// Twelve vertices a cell, three for each face, of fifteen numbers (§6): 720 bytes.
+    /// For ray parameters at vertices.
+    TwelveFloats,
+    /// The same with eleven of the numbers in 16 bits (§7): 456 bytes.
+    TwelveShorts,
 }
 
 /// In which order cells are drawn where the optical model does not commute.
@@ -91,6 +109,49 @@ pub enum SurfaceSearch {
         /// How far a surface reaches on either side, samples, 0 or more.
         thickness: f32,
     },
+}
+
+impl ProjectionOptions {
+    /// Refuses what cannot be had together, and numbers out of range.
+    pub(crate) fn validate(&self, model: OpticalModel) -> Result<(), Error> {
+        let unsupported = |what: &str, reason: &str| {
+            Err(Error::Unsupported {
+                renderer: NAME,
+                what: what.into(),
+                reason: reason.into(),
+            })
+        };
+        if self.exit_search == ExitSearch::PerFragment {
+            return match self.cell_layout {
+                CellLayout::SharedVertices => Ok(()),
+                _ => unsupported(
+                    "twelve vertices a cell without ray parameters at vertices",
+                    "fragments see whole cells, of shared vertices",
+                ),
+            };
+        }
+        let most = ExitSearch::MOST;
+        if !(2..=most).contains(&self.minimum_side) {
+            return Err(Error::Invalid {
+                what: format!(
+                    "a minimum texture with {} samples a side",
+                    self.minimum_side
+                ),
+                help: Some(format!("give 2 to {most}")),
+            });
+        }
+        match model {
+            OpticalModel::Isosurfaces => unsupported(
+                "isosurfaces with ray parameters at vertices",
+                "they are found where each fragment sees the whole cell",
+            ),
+            OpticalModel::EmissionAbsorption if self.order == Order::PerPixel => unsupported(
+                "per-pixel order with ray parameters at vertices",
+                "its tiles are made for what footprints cover",
+            ),
+            _ => Ok(()),
+        }
+    }
 }
 
 impl SurfaceSearch {
@@ -127,13 +188,23 @@ pub struct DepthFormat {
 
 impl ExitSearch {
     /// Every choice, with its name.
-    pub const ALL: [(&'static str, ExitSearch); 1] = [("per-fragment", ExitSearch::PerFragment)];
+    pub const ALL: [(&'static str, ExitSearch); 3] = [
+        ("per-fragment", ExitSearch::PerFragment),
+        ("per-vertex", ExitSearch::PerVertex),
+        ("per-vertex-texture", ExitSearch::PerVertexTexture),
+    ];
+
+    /// The most samples a side of a minimum texture: 64 MiB.
+    pub const MOST: u32 = 256;
 }
 
 impl CellLayout {
     /// Every choice, with its name.
-    pub const ALL: [(&'static str, CellLayout); 1] =
-        [("shared-vertices", CellLayout::SharedVertices)];
+    pub const ALL: [(&'static str, CellLayout); 3] = [
+        ("shared-vertices", CellLayout::SharedVertices),
+        ("twelve-floats", CellLayout::TwelveFloats),
+        ("twelve-shorts", CellLayout::TwelveShorts),
+    ];
 }
 
 impl Order {

@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use tetrascope_core::glam::{DMat4, DVec3};
 use tetrascope_core::{
-    Appearance, Error, Frame, FrameStats, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
+    Appearance, Error, Frame, FrameStats, OpticalModel, Projection as Spread, TetMesh, View,
+    Volume, VolumeRenderer,
 };
 use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
 use tetrascope_gpu::memory::{ReadBack, Source};
@@ -15,8 +16,9 @@ use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, timer};
 
 use crate::frame::{along_rays, camera_space, frame};
 use crate::mpvo::Mpvo;
-use crate::options::{Order, ProjectionOptions};
+use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellData, CellPass, Into, Uploaded};
+use crate::passes::faces::FacePass;
 use crate::passes::lists::{self, ListPass};
 use crate::passes::order::{OrderData, OrderPass};
 use crate::passes::surface::{NO_SURFACE, SurfaceData, SurfacePass, SurfaceTextures};
@@ -36,6 +38,8 @@ pub struct Projection {
     scene: Scene,
     /// Compiled when isosurfaces are first drawn.
     surface_pass: Option<SurfacePass>,
+    /// Compiled where ray parameters are computed at vertices.
+    face_pass: Option<FacePass>,
     /// The texture of the last frame, for the next of the same size.
     gathered: Mutex<Option<wgpu::Texture>>,
     /// The same for isosurfaces.
@@ -107,6 +111,7 @@ impl Projection {
         options: &ProjectionOptions,
     ) -> Result<Projection, Error> {
         ABILITIES.check(NAME, appearance)?;
+        options.validate(appearance.optical_model)?;
         let mesh = mesh_of(volume)?;
         let transform_pass = TransformPass::new(gpu)?;
         let cell_pass = CellPass::new(gpu)?;
@@ -114,7 +119,11 @@ impl Projection {
         sorter.prepare(gpu, options, &cell_pass, appearance.optical_model)?;
         let geometry = Geometry::upload(gpu, mesh)?;
         let map = ScalarMap::of_appearance(appearance, mesh.scalar_range());
-        let field = Field::upload(gpu, mesh, map)?;
+        let field = Field::upload(gpu, &geometry, mesh, map, options.cell_layout)?;
+        let face_pass = match options.exit_search {
+            ExitSearch::PerFragment => None,
+            _ => Some(FacePass::new(gpu, options, &cell_pass)?),
+        };
         let surface_pass = prepared(None, gpu, options, &cell_pass, appearance)?;
         let parts = Parts {
             gpu,
@@ -123,6 +132,7 @@ impl Projection {
             cell_pass: &cell_pass,
             sorter: &sorter,
             surface_pass: surface_pass.as_ref(),
+            face_pass: face_pass.as_ref(),
         };
         let scene = parts.scene(appearance, geometry, field, None)?;
         Ok(Projection {
@@ -133,6 +143,7 @@ impl Projection {
             sorter,
             scene,
             surface_pass,
+            face_pass,
             gathered: Mutex::new(None),
             surfaces: Mutex::new(None),
         })
@@ -203,6 +214,14 @@ impl Projection {
         timer: Option<&Timer>,
     ) -> Result<Recorded, Error> {
         view.validate()?;
+        let perspective = matches!(view.camera.projection, Spread::Perspective { .. });
+        if perspective && self.face_pass.is_some() {
+            return Err(Error::Unsupported {
+                renderer: NAME,
+                what: "perspective cameras with ray parameters at vertices".into(),
+                reason: "they are linear over a face for parallel rays alone".into(),
+            });
+        }
         let (gpu, scene) = (&self.gpu, &self.scene);
         let (normalization, field) = (&scene.geometry.normalization, &scene.field);
         let uniform = self.frame(view)?;
@@ -385,8 +404,18 @@ impl Projection {
         stats.cells_skipped = Some(geometry.mesh.cell_count() as u64 - drawn);
         stats.cells_sorted = Some(if sorted { drawn } else { 0 });
         let surfaces = scene.surfaces.as_ref().map_or(0, SurfaceData::bytes);
+        let faces = scene.field.faces.iter().flatten().map(wgpu::Buffer::size);
+        let faces: u64 = faces.sum();
+        // The layout's own: where faces have their vertices, nothing else is drawn from.
+        let layout = match &scene.field.faces {
+            Some(_) => faces,
+            None => buffers[..3].iter().map(|b| b.size()).sum(),
+        };
+        stats.bytes_per_cell = Some(layout as f64 / geometry.mesh.cell_count().max(1) as f64);
         stats.bytes_resident = order_bytes
             + surfaces
+            + faces
+            + self.face_pass.as_ref().map_or(0, FacePass::bytes)
             + look.table.bytes()
             + buffers.iter().map(|b| b.size()).sum::<u64>()
             + textures.iter().map(texels).sum::<u64>();
@@ -408,6 +437,7 @@ impl Projection {
             cell_pass: &self.cell_pass,
             sorter: &self.sorter,
             surface_pass: self.surface_pass.as_ref(),
+            face_pass: self.face_pass.as_ref(),
         }
     }
 
@@ -426,7 +456,8 @@ impl Projection {
             true => map,
             false => ScalarMap::of_appearance(&self.scene.appearance, range),
         };
-        let field = Field::upload(&self.gpu, mesh, map)?;
+        let layout = self.options.cell_layout;
+        let field = Field::upload(&self.gpu, &geometry, mesh, map, layout)?;
         let appearance = &self.scene.appearance;
         let table = Some(&self.scene.look.table);
         self.scene = self.parts().scene(appearance, geometry, field, table)?;
@@ -445,6 +476,7 @@ impl VolumeRenderer for Projection {
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         ABILITIES.check(NAME, appearance)?;
         let model = appearance.optical_model;
+        self.options.validate(model)?;
         self.sorter
             .prepare(&self.gpu, &self.options, &self.cell_pass, model)?;
         let geometry = self.scene.geometry.clone();
@@ -453,7 +485,8 @@ impl VolumeRenderer for Projection {
             self.scene.field.clone()
         } else {
             let map = ScalarMap::of_appearance(appearance, range);
-            Field::upload(&self.gpu, &geometry.mesh, map)?
+            let layout = self.options.cell_layout;
+            Field::upload(&self.gpu, &geometry, &geometry.mesh, map, layout)?
         };
         let pass = self.surface_pass.clone();
         self.surface_pass = prepared(pass, &self.gpu, &self.options, &self.cell_pass, appearance)?;
@@ -517,6 +550,7 @@ struct Parts<'a> {
     cell_pass: &'a CellPass,
     sorter: &'a Sorter,
     surface_pass: Option<&'a SurfacePass>,
+    face_pass: Option<&'a FacePass>,
 }
 
 impl Parts<'_> {
@@ -534,6 +568,7 @@ impl Parts<'_> {
         let in_lists = matches!(self.sorter, Sorter::PerPixel(_)) && !model.commutes();
         let pieces = self.options.integration == Integration::Exact
             && model != OpticalModel::Isosurfaces
+            && self.face_pass.is_none()
             && !in_lists;
         let look = Look::upload(gpu, &geometry, &field.map, appearance, integration, pieces)?;
         let sorting = match self.sorter {
@@ -567,7 +602,7 @@ impl Parts<'_> {
         };
         let into = match (self.surface_pass, &surfaces) {
             (Some(pass), Some(data)) => Into::Nearest(pass, data),
-            _ => into,
+            _ => self.face_pass.map_or(into, Into::Faces),
         };
         let uploaded = Uploaded {
             geometry: &geometry,

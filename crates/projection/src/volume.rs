@@ -10,7 +10,8 @@ use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Integration, Normalization, ScalarMap};
 
-use crate::NAME;
+use crate::options::CellLayout;
+use crate::{NAME, faces};
 
 const STORAGE: BufferUsages = BufferUsages::STORAGE;
 
@@ -59,6 +60,8 @@ pub(crate) struct Field {
     pub(crate) map: ScalarMap,
     pub(crate) per_cell: bool,
     pub(crate) scalars: wgpu::Buffer,
+    /// The vertices of faces, where cells do not share theirs.
+    pub(crate) faces: Option<faces::Buffers>,
     /// The least and the greatest.
     pub(crate) range: (f32, f32),
 }
@@ -138,7 +141,13 @@ impl Geometry {
 }
 
 impl Field {
-    pub(crate) fn upload(gpu: &Gpu, mesh: &TetMesh, map: ScalarMap) -> Result<Field, Error> {
+    pub(crate) fn upload(
+        gpu: &Gpu,
+        geometry: &Geometry,
+        mesh: &TetMesh,
+        map: ScalarMap,
+        layout: CellLayout,
+    ) -> Result<Field, Error> {
         let per_cell = mesh.scalars().association == Association::Cell;
         let scalars: Vec<f32> = if per_cell {
             let cells = 0..mesh.cell_count();
@@ -148,10 +157,13 @@ impl Field {
             values.iter().map(|s| map.scalar(*s)).collect()
         };
         let (low, high) = mesh.scalar_range().unwrap_or((0.0, 0.0));
+        let range = (map.scalar(low), map.scalar(high));
+        let normalization = &geometry.normalization;
         Ok(Field {
             map,
             per_cell,
-            range: (map.scalar(low), map.scalar(high)),
+            range,
+            faces: faces::upload(gpu, mesh, normalization, (&map, range), layout)?,
             scalars: gpu.upload("the mesh's scalars", &scalars, STORAGE)?,
         })
     }

@@ -156,6 +156,47 @@ fn models_that_commute_are_exact_in_any_order() {
     }
 }
 
+// Knots on the lines between others change nothing but the number of intervals: cells
+// with more than two, on average, are not drawn in pieces.
+#[test]
+fn cells_in_many_intervals_are_exact() {
+    let Some(gpu) = testing::gpu("cells_in_many_intervals_are_exact") else {
+        return;
+    };
+    let (volume, coarse) = scene("sphere", 3000);
+    let (low, high) = coarse.range();
+    let between = (1..200).map(|i| low + (high - low) * f64::from(i) / 200.0);
+    let knot = |scalar| {
+        let (color, extinction) = coarse.sample(scalar).expect("a number");
+        Knot {
+            scalar,
+            color,
+            extinction,
+        }
+    };
+    let mut knots: Vec<Knot> = between.map(knot).collect();
+    knots.extend(coarse.knots());
+    knots.sort_by(|a, b| a.scalar.total_cmp(&b.scalar));
+    let fine = TransferFunction::new(knots).expect("sorted");
+    let options = ProjectionOptions {
+        order: Order::Mpvo,
+        ..ProjectionOptions::default()
+    };
+    for model in OpticalModel::VOLUMETRIC {
+        let appearance = Appearance::new(fine.clone(), model);
+        let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+        for (from, view) in views(&volume) {
+            let picture = renderer.render(&view).expect("a picture");
+            let found = difference(&picture, &truth(&volume, &appearance, &view));
+            let (rmse, worst) = EXACT;
+            assert!(
+                found.0 <= rmse && found.1 <= worst,
+                "{model:?} {from}: {found:?}"
+            );
+        }
+    }
+}
+
 // Through the hole of a torus and between the fins a ray comes back to the mesh.
 #[test]
 fn mpvo_orders_parts_by_their_distance() {

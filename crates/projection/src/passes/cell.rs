@@ -10,6 +10,7 @@ use tetrascope_gpu::preintegration::TABLE;
 use tetrascope_gpu::wgpu::{self, BindingResource, BufferUsages, ShaderStages};
 use tetrascope_shaders::projection::CELL;
 
+use super::faces::FacePass;
 use super::lists::{self, ListPass};
 use super::surface::{self, SurfaceData, SurfacePass};
 use crate::volume::{Field, Geometry, Look};
@@ -47,6 +48,8 @@ pub(crate) enum Into<'a> {
     Lists(&'a ListPass),
     /// The nearest surface is kept.
     Nearest(&'a SurfacePass, &'a SurfaceData),
+    /// They are of faces, and are blended.
+    Faces(&'a FacePass),
 }
 
 /// The pass for one volume and appearance.
@@ -55,6 +58,8 @@ pub(crate) struct CellData {
     pub(crate) pipeline: wgpu::RenderPipeline,
     pub(crate) volume_group: wgpu::BindGroup,
     pub(crate) count: u32,
+    /// Group 2, where faces are drawn in place of footprints.
+    faces: Option<wgpu::BindGroup>,
 }
 
 impl CellPass {
@@ -96,11 +101,26 @@ impl CellPass {
         ];
         let in_pieces = ("PIECES", uploaded.look.pieces.starts.is_some().into());
         constants.push(in_pieces);
-        let per_vertex = [
+        let mut per_vertex = vec![
             ("SCALARS_PER_CELL", uploaded.field.per_cell.into()),
             ("INTERVAL_COUNT", uploaded.look.interval_count.into()),
             in_pieces,
         ];
+        let (mut vertices, mut primitive) = ("vs_cell", wgpu::PrimitiveState::default());
+        if let Into::Faces(pass) = into {
+            let (cells, most) = (uploaded.look.items, u32::MAX / 12);
+            if cells > most {
+                return Err(Error::TooLarge {
+                    what: "the mesh".into(),
+                    needed: cells.into(),
+                    limit: most.into(),
+                    unit: "cells",
+                });
+            }
+            vertices = "vs_face";
+            primitive.cull_mode = Some(wgpu::Face::Back);
+            per_vertex.extend(pass.vertex_constants(uploaded.field.range));
+        }
         constants.extend(uploaded.look.table.constants(uploaded.field.range));
         let blended = [Some(wgpu::ColorTargetState {
             format: gathered_format(gpu, model),
@@ -123,6 +143,11 @@ impl CellPass {
                 let depth = Some(surface::hidden());
                 (&pass.module, &pass.layout, "fs_surface", targets, depth)
             }
+            Into::Faces(pass) => {
+                constants.extend(pass.constants());
+                let targets = &blended[..];
+                (&pass.module, &pass.layout, "fs_face", targets, None)
+            }
         };
         let pipeline = gpu.checked(label, 0, || {
             gpu.device()
@@ -131,14 +156,14 @@ impl CellPass {
                     layout: Some(layout),
                     vertex: wgpu::VertexState {
                         module,
-                        entry_point: Some("vs_cell"),
+                        entry_point: Some(vertices),
                         compilation_options: wgpu::PipelineCompilationOptions {
                             constants: &per_vertex,
                             ..Default::default()
                         },
                         buffers: &[],
                     },
-                    primitive: Default::default(),
+                    primitive,
                     depth_stencil: depth,
                     multisample: Default::default(),
                     fragment: Some(wgpu::FragmentState {
@@ -158,6 +183,10 @@ impl CellPass {
             pipeline,
             volume_group: self.volume_group(gpu, uploaded, drawn)?,
             count: uploaded.look.items,
+            faces: match into {
+                Into::Faces(pass) => Some(pass.group(gpu, uploaded.geometry, uploaded.field)?),
+                _ => None,
+            },
         })
     }
 
@@ -215,6 +244,11 @@ impl CellPass {
     ) {
         self.bind(gpu, pass, frame, data);
         pass.set_pipeline(&data.pipeline);
+        if let Some(faces) = &data.faces {
+            pass.set_bind_group(2, faces, &[]);
+            pass.draw(0..12 * data.count, 0..1);
+            return;
+        }
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint16);
         let mut first = 0;
         while first < data.count {

@@ -66,14 +66,24 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
         },
         Setting {
             name: "exit",
-            about: "where a ray's other crossing with a cell is found",
-            values: Values::Choice(&["per-fragment"]),
+            about: "where a ray's other crossing with a cell is found; at vertices for orthographic \
+                    cameras alone",
+            values: Values::Choice(&["per-fragment", "per-vertex", "per-vertex-texture"]),
             default: "per-fragment",
         },
         Setting {
+            name: "minimum-size",
+            about: "samples along each axis of the texture of exit=per-vertex-texture",
+            values: Values::Integer {
+                min: 2,
+                max: ExitSearch::MOST as i64,
+            },
+            default: "128",
+        },
+        Setting {
             name: "layout",
-            about: "how cells lie in the device's memory",
-            values: Values::Choice(&["shared-vertices"]),
+            about: "how cells lie in the device's memory; twelve vertices for exit=per-vertex",
+            values: Values::Choice(&["shared-vertices", "twelve-floats", "twelve-shorts"]),
             default: "shared-vertices",
         },
     ],
@@ -155,6 +165,7 @@ fn options(settings: &Settings) -> ProjectionOptions {
         },
         exit_search: choice(settings, "exit", &ExitSearch::ALL),
         cell_layout: choice(settings, "layout", &CellLayout::ALL),
+        minimum_side: settings.integer("minimum-size") as u32,
         ..ProjectionOptions::default()
     }
 }

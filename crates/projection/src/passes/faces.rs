@@ -1,0 +1,118 @@
+//! Pass 3 by ray parameters at vertices: draw the faces of cells (`faces.wgsl`,
+//! `face.wgsl`).
+
+use tetrascope_core::Error;
+use tetrascope_gpu::Gpu;
+use tetrascope_gpu::passes::{READ, group, layout, module, pipeline_layout};
+use tetrascope_gpu::preintegration::TABLE;
+use tetrascope_gpu::wgpu::{self, BindingResource, ShaderStages, TextureFormat, TextureUsages};
+use tetrascope_shaders::projection::{FACES_FLOATS, FACES_SHARED, FACES_SHORTS};
+
+use super::cell::CellPass;
+use crate::options::{CellLayout, ExitSearch, ProjectionOptions};
+use crate::volume::{Field, Geometry};
+
+/// What does not depend on the volume.
+#[derive(Clone, Debug)]
+pub(crate) struct FacePass {
+    pub(crate) module: wgpu::ShaderModule,
+    pub(crate) layout: wgpu::PipelineLayout,
+    group_layout: wgpu::BindGroupLayout,
+    /// The minimum of three numbers; one texel where they are compared.
+    minimum: wgpu::Texture,
+    /// Its samples a side, 0 where they are compared.
+    side: u32,
+    shorts: bool,
+}
+
+impl FacePass {
+    pub(crate) fn new(
+        gpu: &Gpu,
+        options: &ProjectionOptions,
+        cells: &CellPass,
+    ) -> Result<FacePass, Error> {
+        let label = "projection::faces";
+        let source = match options.cell_layout {
+            CellLayout::SharedVertices => FACES_SHARED,
+            CellLayout::TwelveFloats => FACES_FLOATS,
+            CellLayout::TwelveShorts => FACES_SHORTS,
+        };
+        let side = match options.exit_search {
+            ExitSearch::PerVertexTexture => options.minimum_side,
+            _ => 0,
+        };
+        let minimum = minimum_texture(gpu, side)?;
+        gpu.checked(label, 0, || {
+            let stages = ShaderStages::VERTEX_FRAGMENT;
+            let group_layout = layout(gpu, label, stages, &[READ, READ, TABLE]);
+            let [frame, volume] = cells.layouts();
+            FacePass {
+                module: module(gpu, label, source),
+                layout: pipeline_layout(gpu, label, &[frame, volume, &group_layout]),
+                group_layout,
+                minimum,
+                side,
+                shorts: options.cell_layout == CellLayout::TwelveShorts,
+            }
+        })
+    }
+
+    /// What the pass reads beside the mesh.
+    pub(crate) fn group(
+        &self,
+        gpu: &Gpu,
+        geometry: &Geometry,
+        field: &Field,
+    ) -> Result<wgpu::BindGroup, Error> {
+        let label = "projection::faces";
+        let [placed, shaped] = match &field.faces {
+            Some([placed, shaped]) => [placed, shaped],
+            None => [&geometry.positions, &field.scalars],
+        };
+        let minimum = self.minimum.create_view(&Default::default());
+        let resources = [
+            placed.as_entire_binding(),
+            shaped.as_entire_binding(),
+            BindingResource::TextureView(&minimum),
+        ];
+        gpu.checked(label, 0, || {
+            group(gpu, label, &self.group_layout, &resources)
+        })
+    }
+
+    /// Of the vertex stage; `range` is that of the field.
+    pub(crate) fn vertex_constants(&self, (low, high): (f32, f32)) -> Vec<(&'static str, f64)> {
+        match self.shorts {
+            true => vec![("SCALAR_LOW", low.into()), ("SCALAR_HIGH", high.into())],
+            false => Vec::new(),
+        }
+    }
+
+    /// Of the fragment stage.
+    pub(crate) fn constants(&self) -> [(&'static str, f64); 1] {
+        [("MINIMUM_SIDE", self.side.into())]
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        4 * u64::from(self.side).pow(3)
+    }
+}
+
+/// The minimum of the coordinates at each of side³ samples from 0 to 1 (§4.1).
+fn minimum_texture(gpu: &Gpu, side: u32) -> Result<wgpu::Texture, Error> {
+    let n = side.max(1);
+    let last = f32::from((n - 1).max(1) as u16);
+    let samples = (0..n).flat_map(|z| (0..n).flat_map(move |y| (0..n).map(move |x| [x, y, z])));
+    let least = |at: [u32; 3]| at.into_iter().min().unwrap_or(0) as f32 / last;
+    let samples: Vec<f32> = samples.map(least).collect();
+    let size = wgpu::Extent3d {
+        width: n,
+        height: n,
+        depth_or_array_layers: n,
+    };
+    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+    let texture = gpu.texture_3d("the minimum texture", size, TextureFormat::R32Float, usage)?;
+    gpu.write_texture(&texture, &samples)?;
+    Ok(texture)
+}
