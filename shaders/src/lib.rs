@@ -46,6 +46,8 @@ macro_rules! cell_program {
             "common/optics_model.wgsl",
             "common/transfer_function.wgsl",
             "common/optics.wgsl",
+            "common/cue.wgsl",
+            "common/look.wgsl",
             "preintegration/axes.wgsl",
             "preintegration/lookup.wgsl",
             "projection/transfer.wgsl",
@@ -147,7 +149,7 @@ pub mod projection {
     /// Pass 3: draw the cells and blend what each adds.
     pub const CELL: &str = cell_program!("projection/cell.wgsl");
     /// Pass 3 for isosurfaces: draw where rays meet them in cells.
-    pub const SURFACE: &str = cell_program!("common/look.wgsl", "projection/surface.wgsl");
+    pub const SURFACE: &str = cell_program!("common/surfaces.wgsl", "projection/surface.wgsl");
     /// Pass 3 by ray parameters at vertices: faces of shared vertices.
     pub const FACES_SHARED: &str = face_program!("projection/faces_shared.wgsl");
     /// Pass 3 by ray parameters at vertices: twelve vertices a cell.
@@ -190,6 +192,7 @@ pub mod raycast_peel {
         "common/optics.wgsl",
         "common/cue.wgsl",
         "common/look.wgsl",
+        "common/surfaces.wgsl",
         "preintegration/axes.wgsl",
         "preintegration/lookup.wgsl",
         "common/sides.wgsl",
@@ -203,6 +206,7 @@ pub mod raycast_peel {
         "common/optics.wgsl",
         "common/cue.wgsl",
         "common/look.wgsl",
+        "common/surfaces.wgsl",
         "preintegration/axes.wgsl",
         "preintegration/lookup.wgsl",
         "common/sides.wgsl",

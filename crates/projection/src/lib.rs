@@ -107,8 +107,4 @@ use tetrascope_core::Abilities;
 pub const NAME: &str = "projection";
 
 /// What it draws beyond the volumetric optical models.
-pub const ABILITIES: Abilities = Abilities {
-    isosurfaces: true,
-    depth_cue: false,
-    clip_planes: false,
-};
+pub const ABILITIES: Abilities = Abilities::ALL;

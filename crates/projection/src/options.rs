@@ -1,6 +1,6 @@
 //! What can be chosen.
 
-use tetrascope_core::{Error, OpticalModel};
+use tetrascope_core::{Appearance, Error, OpticalModel};
 pub use tetrascope_gpu::Integration;
 use tetrascope_gpu::wgpu::{CompareFunction, TextureFormat};
 
@@ -113,7 +113,8 @@ pub enum SurfaceSearch {
 
 impl ProjectionOptions {
     /// Refuses what cannot be had together, and numbers out of range.
-    pub(crate) fn validate(&self, model: OpticalModel) -> Result<(), Error> {
+    pub(crate) fn validate(&self, appearance: &Appearance) -> Result<(), Error> {
+        let model = appearance.optical_model;
         let unsupported = |what: &str, reason: &str| {
             Err(Error::Unsupported {
                 renderer: NAME,
@@ -121,6 +122,13 @@ impl ProjectionOptions {
                 reason: reason.into(),
             })
         };
+        let fades = appearance.depth_cue.is_some() && model != OpticalModel::Isosurfaces;
+        if fades && self.integration != Integration::Exact {
+            return unsupported(
+                "a depth cue with a table of integrals",
+                "the cue differs from place to place, the table does not",
+            );
+        }
         if self.exit_search == ExitSearch::PerFragment {
             return match self.cell_layout {
                 CellLayout::SharedVertices => Ok(()),
@@ -139,6 +147,12 @@ impl ProjectionOptions {
                 ),
                 help: Some(format!("give 2 to {most}")),
             });
+        }
+        if appearance.depth_cue.is_some() || !appearance.clip_planes.is_empty() {
+            return unsupported(
+                "a depth cue or clip planes with ray parameters at vertices",
+                "fragments do not know where on the ray they are",
+            );
         }
         match model {
             OpticalModel::Isosurfaces => unsupported(

@@ -9,6 +9,7 @@ use tetrascope_core::{
     Volume, VolumeRenderer,
 };
 use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
+use tetrascope_gpu::look::look;
 use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
@@ -17,7 +18,7 @@ use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, timer};
 use crate::frame::{along_rays, camera_space, frame};
 use crate::mpvo::Mpvo;
 use crate::options::{ExitSearch, Order, ProjectionOptions};
-use crate::passes::cell::{CellData, CellPass, Into, Uploaded};
+use crate::passes::cell::{CellData, CellPass, FrameData, Into, Uploaded};
 use crate::passes::faces::FacePass;
 use crate::passes::lists::{self, ListPass};
 use crate::passes::order::{OrderData, OrderPass};
@@ -111,7 +112,7 @@ impl Projection {
         options: &ProjectionOptions,
     ) -> Result<Projection, Error> {
         ABILITIES.check(NAME, appearance)?;
-        options.validate(appearance.optical_model)?;
+        options.validate(appearance)?;
         let mesh = mesh_of(volume)?;
         let transform_pass = TransformPass::new(gpu)?;
         let cell_pass = CellPass::new(gpu)?;
@@ -199,7 +200,7 @@ impl Projection {
         let clip =
             depth.clip_from_world * world_from_normalized * DMat4::from(from_normalized.inverse());
         let into = (target, depth.view);
-        pass.record_among(&self.gpu, encoder, (&uniform, &clip), &textures, into)?;
+        pass.record_among(&self.gpu, encoder, (&uniform.frame, &clip), &textures, into)?;
         let mut stats = self.stats();
         stats.passes += 3;
         Ok(stats)
@@ -258,7 +259,7 @@ impl Projection {
                 let mut cell = scene.cell.clone();
                 if let (Sorting::Centroid(data), Sorter::Centroid(pass)) = (sorting, sorter) {
                     gpu.checked("projection::order", 0, || {
-                        pass.record(gpu, encoder, &uniform, data);
+                        pass.record(gpu, encoder, &uniform.frame, data);
                     })?;
                     stats.passes += 1;
                 } else if let Sorting::Mpvo(mpvo) = sorting {
@@ -295,24 +296,32 @@ impl Projection {
         })
     }
 
-    /// The uniform of a frame; a new one each time, as frames may be recorded before
-    /// others are submitted.
-    fn frame(&self, view: &View) -> Result<wgpu::Buffer, Error> {
+    /// What changes with every frame.
+    fn frame(&self, view: &View) -> Result<FrameData, Error> {
         let scene = &self.scene;
-        let uniform = frame(
+        let normalization = &scene.geometry.normalization;
+        let uniform = frame(view, normalization, scene.look.items, scene.field.per_cell);
+        let (look, items) = look(
+            &scene.appearance,
             view,
-            &scene.geometry.normalization,
-            scene.look.items,
-            scene.field.per_cell,
+            &scene.geometry.mesh.bounds(),
+            normalization,
+            &scene.field.map,
+            &camera_space(view, normalization).from_normalized,
         );
-        let label = "projection::frame";
-        self.gpu.upload(label, &[uniform], BufferUsages::UNIFORM)
+        let upload =
+            |gpu: &Gpu, bytes: &[u8]| gpu.upload("projection::frame", bytes, BufferUsages::UNIFORM);
+        Ok(FrameData {
+            frame: upload(&self.gpu, bytemuck::bytes_of(&uniform))?,
+            look: upload(&self.gpu, bytemuck::bytes_of(&look))?,
+            items,
+        })
     }
 
     fn record_transform(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        uniform: &wgpu::Buffer,
+        uniform: &FrameData,
         timer: Option<&Timer>,
     ) -> Result<(), Error> {
         let gpu = &self.gpu;
@@ -320,7 +329,7 @@ impl Projection {
             let times = timer.map(Timer::first_compute_pass);
             let data = &self.scene.transform;
             self.transform_pass
-                .record(gpu, encoder, uniform, data, times);
+                .record(gpu, encoder, &uniform.frame, data, times);
         })
     }
 
@@ -329,7 +338,7 @@ impl Projection {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         view: &View,
-        uniform: &wgpu::Buffer,
+        uniform: &FrameData,
     ) -> Result<SurfaceTextures, Error> {
         let (gpu, scene) = (&self.gpu, &self.scene);
         let (Some(pass), Some(data)) = (&self.surface_pass, &scene.surfaces) else {
@@ -342,15 +351,7 @@ impl Projection {
             None => SurfaceTextures::new(gpu, size)?,
         };
         *kept = Some(textures.clone());
-        let normalization = &scene.geometry.normalization;
-        let space = camera_space(view, normalization).from_normalized;
-        let look = pass.look_group(
-            gpu,
-            (&scene.appearance, view),
-            (normalization, &scene.field.map),
-            &space,
-            data,
-        )?;
+        let look = pass.look_group(gpu, uniform, data)?;
         gpu.checked("projection::surface", 0, || {
             let cells = (&self.cell_pass, &scene.cell);
             pass.record(gpu, encoder, (uniform, &look), cells, &textures);
@@ -476,7 +477,7 @@ impl VolumeRenderer for Projection {
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         ABILITIES.check(NAME, appearance)?;
         let model = appearance.optical_model;
-        self.options.validate(model)?;
+        self.options.validate(appearance)?;
         self.sorter
             .prepare(&self.gpu, &self.options, &self.cell_pass, model)?;
         let geometry = self.scene.geometry.clone();
@@ -568,6 +569,7 @@ impl Parts<'_> {
         let in_lists = matches!(self.sorter, Sorter::PerPixel(_)) && !model.commutes();
         let pieces = self.options.integration == Integration::Exact
             && model != OpticalModel::Isosurfaces
+            && appearance.depth_cue.is_none()
             && self.face_pass.is_none()
             && !in_lists;
         let look = Look::upload(gpu, &geometry, &field.map, appearance, integration, pieces)?;

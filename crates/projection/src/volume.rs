@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, OpticalModel, TetMesh, Volume};
+use tetrascope_gpu::look::look_constants;
 use tetrascope_gpu::preintegration::{self, Table};
 use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
@@ -70,6 +71,8 @@ pub(crate) struct Field {
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
     pub(crate) intervals: wgpu::Texture,
+    /// Constants of shaders for clip planes and depth cue.
+    pub(crate) extras: [(&'static str, f64); 2],
     pub(crate) interval_count: u32,
     /// The first and the last interval of each cell, 16 bits each.
     pub(crate) ranges: wgpu::Buffer,
@@ -239,6 +242,7 @@ impl Look {
         Ok(Look {
             table,
             intervals: texture,
+            extras: look_constants(appearance),
             interval_count,
             ranges: gpu.upload("the cells' intervals", &ranges, STORAGE)?,
             drawn: gpu.upload(

@@ -2,14 +2,19 @@
 //
 // Weiler, Kraus, Ertl 2002, §3.2; which faces are crossed is decided by the sides on
 // which the ray passes the edges, see the crate docs.
-// With: projection/frame.wgsl, projection/footprint.wgsl, common/sides.wgsl
+// With: projection/frame.wgsl, projection/footprint.wgsl, common/sides.wgsl,
+//       common/cue.wgsl, common/look.wgsl
 
-// The ray's part in a cell and before the eye; `length` is 0 where there is none.
+@group(0) @binding(1) var<uniform> look: Look;
+
+// The ray's part in a cell that is before the eye and not cut away; `length` is 0 where
+// there is none.
 struct Chord {
     depth: f32, // of the entry, along the axis, from the anchor
     front: f32, // scalar at the entry
     back: f32,  // and at the exit
     length: f32,
+    cue: vec2f, // the depth cue at both ends
 }
 
 fn chord_of(in: Varying) -> Chord {
@@ -63,17 +68,44 @@ fn chord_of(in: Varying) -> Chord {
             + select(none, w2, leaves.z) + select(none, w3, leaves.w)),
         depths, values,
     );
-    // The eye is inside: the ray starts there.
-    let eye = -frame.anchor_depth;
-    let height = exit.x - max(entry.x, eye);
+    let left = what_is_left(through, slope, entry, exit);
+    let height = left.back.x - left.front.x;
     if !any(enters) || !any(leaves) || height <= 0.0 {
-        return Chord(0.0, 0.0, 0.0, 0.0);
+        return Chord(0.0, 0.0, 0.0, 0.0, vec2f(1.0));
     }
-    var front = entry;
-    if entry.x < eye {
-        front = vec2f(eye, mix(entry.y, exit.y, (eye - entry.x) / (exit.x - entry.x)));
+    var cue = vec2f(1.0);
+    if CUED {
+        cue = vec2f(
+            cue_at(vec3f(through + slope * left.front.x, left.front.x)),
+            cue_at(vec3f(through + slope * left.back.x, left.back.x)),
+        );
     }
-    return Chord(front.x, front.y, exit.y, height * sqrt(1.0 + dot(slope, slope)));
+    let length = height * sqrt(1.0 + dot(slope, slope));
+    return Chord(left.front.x, left.front.y, left.back.y, length, cue);
+}
+
+// Depth and scalar at both ends.
+struct Part {
+    front: vec2f,
+    back: vec2f,
+}
+
+// What eye and clip planes leave of the ray between entry and exit; where the eye is
+// inside, the ray starts there.
+fn what_is_left(through: vec2f, slope: vec2f, entry: vec2f, exit: vec2f) -> Part {
+    // The ray's parameter is the depth: at 0 it is in the anchor's plane.
+    let clipped = clip_ray(vec3f(through, 0.0), vec3f(slope, 1.0));
+    let begin = max(-frame.anchor_depth, clipped.x);
+    var part = Part(entry, exit);
+    let whole = max(exit.x - entry.x, 1e-36);
+    if entry.x < begin {
+        part.front = vec2f(begin, mix(entry.y, exit.y, saturate((begin - entry.x) / whole)));
+    }
+    if CLIPPED && exit.x > clipped.y {
+        let share = saturate((clipped.y - entry.x) / whole);
+        part.back = vec2f(clipped.y, mix(entry.y, exit.y, share));
+    }
+    return part;
 }
 
 fn same(a: i32, b: i32, c: i32) -> i32 {

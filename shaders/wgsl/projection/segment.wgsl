@@ -7,6 +7,9 @@
 
 // `segment` of lookup.wgsl for a ray's part in a cell.
 fn segment_within(in: Varying, chord: Chord) -> vec4f {
+    if CUED {
+        return integrate_cued(chord.front, chord.back, chord.length, chord.cue);
+    }
     if PIECES {
         return integrate_piece(in, chord.front, chord.back, chord.length);
     }

@@ -7,17 +7,16 @@
 // Out:  the color over everything; depth along the axis, from the anchor; the same as
 //       depth in [0, 1].
 // With: projection/chord.wgsl and what it needs,
-//       common/sides.wgsl, common/look.wgsl
+//       common/sides.wgsl, common/surfaces.wgsl
 
 // Samples a side of the table, 0 without one, and the scalars at its ends.
 override SURFACE_TABLE: u32 = 0u;
 override SURFACE_LOW: f32 = 0.0;
 override SURFACE_HIGH: f32 = 1.0;
 
-@group(2) @binding(0) var<uniform> look: Look;
-@group(2) @binding(1) var<storage, read> look_items: array<vec4f>;
+@group(2) @binding(0) var<storage, read> look_items: array<vec4f>;
 // Which surface is seen first between two scalars, or surface_count.
-@group(2) @binding(2) var seen: texture_2d<u32>;
+@group(2) @binding(1) var seen: texture_2d<u32>;
 
 fn look_of(i: u32) -> vec4f {
     return look_items[i];
@@ -56,24 +55,23 @@ fn fs_surface(in: Varying) -> Met {
     }
     let entry = crossed_face(turns == vec4i(1), p0, p1, p2, p3);
     let exit = crossed_face(turns == vec4i(-1), p0, p1, p2, p3);
-    let eye = -frame.anchor_depth;
-    if exit.x < eye {
+    let left = what_is_left(through, slope, entry, exit);
+    if left.back.x < left.front.x {
         discard;
     }
-    // The eye is inside: the ray starts there.
-    var front = entry;
-    if entry.x < eye {
-        front = vec2f(eye, mix(entry.y, exit.y, (eye - entry.x) / (exit.x - entry.x)));
-    }
-    let met = crossing_between(front.y, exit.y);
+    let met = crossing_between(left.front.y, left.back.y);
     if met.surface == look.surface_count {
         discard;
     }
-    let along = mix(front.x, exit.x, met.share);
+    let along = mix(left.front.x, left.back.x, met.share);
     let direction = normalize(vec3f(slope, 1.0));
     let gradient = gradient_of(in.v0, in.v1, in.v2, in.v3);
+    var color = shade(met.surface, gradient, direction);
+    if CUED {
+        color *= cue_at(vec3f(through + slope * along, along));
+    }
     return Met(
-        vec4f(shade(met.surface, gradient, direction), 1.0),
+        vec4f(color, 1.0),
         along,
         saturate(0.5 + along / (2.0 * REACH)),
     );

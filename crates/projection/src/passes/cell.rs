@@ -39,6 +39,16 @@ pub(crate) struct Uploaded<'a> {
     pub(crate) look: &'a Look,
 }
 
+/// The uniforms of a frame; new ones each time, as frames may be recorded before others
+/// are submitted.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameData {
+    pub(crate) frame: wgpu::Buffer,
+    pub(crate) look: wgpu::Buffer,
+    /// Surfaces and lights, as `surfaces.wgsl` wants them.
+    pub(crate) items: Vec<[f32; 4]>,
+}
+
 /// What becomes of fragments.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Into<'a> {
@@ -71,7 +81,7 @@ impl CellPass {
         let indices = gpu.upload("projection::cell indices", &indices, BufferUsages::INDEX)?;
         gpu.checked(label, 0, || {
             let stages = ShaderStages::VERTEX_FRAGMENT;
-            let frame_layout = layout(gpu, label, stages, &[UNIFORM]);
+            let frame_layout = layout(gpu, label, stages, &[UNIFORM, UNIFORM]);
             let types = [TEXELS, READ, READ, READ, READ, TEXELS, READ, TABLE];
             let volume_layout = layout(gpu, label, stages, &types);
             CellPass {
@@ -99,6 +109,10 @@ impl CellPass {
             ("DEEPEST", f64::from(uploaded.look.deepest)),
             ("INTERVAL_COUNT", uploaded.look.interval_count.into()),
         ];
+        // The programs of faces do not know them.
+        if !matches!(into, Into::Faces(_)) {
+            constants.extend(uploaded.look.extras);
+        }
         let in_pieces = ("PIECES", uploaded.look.pieces.starts.is_some().into());
         constants.push(in_pieces);
         let mut per_vertex = vec![
@@ -139,6 +153,7 @@ impl CellPass {
             }
             Into::Nearest(pass, data) => {
                 constants = data.constants().to_vec();
+                constants.extend(uploaded.look.extras);
                 let targets = &surface::TARGETS[..];
                 let depth = Some(surface::hidden());
                 (&pass.module, &pass.layout, "fs_surface", targets, depth)
@@ -225,7 +240,7 @@ impl CellPass {
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        frame: &wgpu::Buffer,
+        frame: &FrameData,
         data: &CellData,
         gathered: &wgpu::TextureView,
     ) {
@@ -239,7 +254,7 @@ impl CellPass {
         &self,
         gpu: &Gpu,
         pass: &mut wgpu::RenderPass,
-        frame: &wgpu::Buffer,
+        frame: &FrameData,
         data: &CellData,
     ) {
         self.bind(gpu, pass, frame, data);
@@ -263,11 +278,12 @@ impl CellPass {
         &self,
         gpu: &Gpu,
         pass: &mut wgpu::RenderPass,
-        frame: &wgpu::Buffer,
+        frame: &FrameData,
         data: &CellData,
     ) {
         let label = "projection::cell";
-        let frame = group(gpu, label, &self.frame_layout, &[frame.as_entire_binding()]);
+        let uniforms = [&frame.frame, &frame.look].map(|buffer| buffer.as_entire_binding());
+        let frame = group(gpu, label, &self.frame_layout, &uniforms);
         pass.set_bind_group(0, &frame, &[]);
         pass.set_bind_group(1, &data.volume_group, &[]);
     }

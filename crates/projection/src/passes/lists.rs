@@ -11,7 +11,7 @@ use tetrascope_gpu::passes::{
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages, TextureFormat};
 use tetrascope_shaders::projection::{COMPOSITE, FILL};
 
-use super::cell::{CellData, CellPass, begin};
+use super::cell::{CellData, CellPass, FrameData, begin};
 use crate::gpu_data;
 use crate::tiles::Tile;
 
@@ -116,7 +116,7 @@ impl ListPass {
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        frame: &wgpu::Buffer,
+        frame: &FrameData,
         (cells, data): (&CellPass, &CellData),
         tiles: &[Tile],
         gathered: &wgpu::TextureView,

@@ -1,17 +1,16 @@
 //! Pass 3 where isosurfaces are drawn (`surface.wgsl`), and how they get among the
 //! application's own geometry (`among.wgsl`).
 
-use tetrascope_core::glam::{DAffine3, DMat4};
-use tetrascope_core::{Appearance, Error, View};
-use tetrascope_gpu::look::look;
+use tetrascope_core::glam::DMat4;
+use tetrascope_core::{Appearance, Error};
 use tetrascope_gpu::passes::{READ, TEXELS, UNIFORM, group, layout, module, pipeline_layout};
 use tetrascope_gpu::wgpu::{
     self, BindingResource, BufferUsages, ShaderStages, TextureFormat, TextureUsages,
 };
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
+use tetrascope_gpu::{Gpu, ScalarMap};
 use tetrascope_shaders::projection::{AMONG, SURFACE};
 
-use super::cell::{CellData, CellPass};
+use super::cell::{CellData, CellPass, FrameData};
 use crate::gpu_data;
 use crate::options::{DepthFormat, SurfaceSearch};
 
@@ -96,7 +95,7 @@ impl SurfacePass {
     ) -> Result<SurfacePass, Error> {
         let label = "projection::surface";
         gpu.checked(label, 0, || {
-            let types = [UNIFORM, READ, NUMBERS];
+            let types = [READ, NUMBERS];
             let look_layout = layout(gpu, label, ShaderStages::FRAGMENT, &types);
             let [frame, volume] = cells.layouts();
             SurfacePass {
@@ -113,7 +112,7 @@ impl SurfacePass {
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        (frame, look): (&wgpu::Buffer, &wgpu::BindGroup),
+        (frame, look): (&FrameData, &wgpu::BindGroup),
         (cells, data): (&CellPass, &CellData),
         textures: &SurfaceTextures,
     ) {
@@ -156,24 +155,16 @@ impl SurfacePass {
         cells.draw(gpu, &mut pass, frame, data);
     }
 
-    /// What the pass reads of `appearance`, seen from `view`; `space` takes normalized
-    /// positions to camera space.
+    /// What the pass reads of `frame`.
     pub(crate) fn look_group(
         &self,
         gpu: &Gpu,
-        (appearance, view): (&Appearance, &View),
-        (normalization, map): (&Normalization, &ScalarMap),
-        space: &DAffine3,
+        frame: &FrameData,
         data: &SurfaceData,
     ) -> Result<wgpu::BindGroup, Error> {
         let label = "projection::surface";
-        // The bounds are those of a depth cue, which is not drawn.
-        let bounds = tetrascope_core::Bounds::EMPTY;
-        let (uniform, items) = look(appearance, view, &bounds, normalization, map, space);
-        let uniform = gpu.upload(label, &[uniform], BufferUsages::UNIFORM)?;
-        let items = gpu.upload(label, &items, BufferUsages::STORAGE)?;
+        let items = gpu.upload(label, &frame.items, BufferUsages::STORAGE)?;
         let resources = [
-            uniform.as_entire_binding(),
             items.as_entire_binding(),
             BindingResource::TextureView(&data.table),
         ];
