@@ -196,9 +196,12 @@ pub mod raycast_peel {
         "preintegration/axes.wgsl",
         "preintegration/lookup.wgsl",
         "common/sides.wgsl",
+        "common/texels.wgsl",
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",
     );
+    /// Other scalars for vertices that are there.
+    pub const SCALARS: &str = program!("raycast_peel/scalars.wgsl");
     /// The same for rays that are given one by one, to test it.
     pub const AIM: &str = program!(
         "common/optics_model.wgsl",
@@ -210,6 +213,7 @@ pub mod raycast_peel {
         "preintegration/axes.wgsl",
         "preintegration/lookup.wgsl",
         "common/sides.wgsl",
+        "common/texels.wgsl",
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",
         "raycast_peel/aim.wgsl",
@@ -244,7 +248,7 @@ pub mod ping_pong {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 29] = [
+pub const PROGRAMS: [(&str, &str); 30] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -269,6 +273,7 @@ pub const PROGRAMS: [(&str, &str); 29] = [
     ("slicing::SLICE_FILTERED", slicing::SLICE_FILTERED),
     ("raycast_peel::MARCH", raycast_peel::MARCH),
     ("raycast_peel::AIM", raycast_peel::AIM),
+    ("raycast_peel::SCALARS", raycast_peel::SCALARS),
     ("ping_pong::ENTRY", ping_pong::ENTRY),
     ("ping_pong::STEP", ping_pong::STEP),
     ("ping_pong::RETIRE", ping_pong::RETIRE),

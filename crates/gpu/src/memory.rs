@@ -8,6 +8,16 @@ use wgpu::{BufferUsages, TextureUsages};
 
 use crate::Gpu;
 
+/// Bytes of a texture's texels.
+pub fn texture_bytes(texture: &wgpu::Texture) -> u64 {
+    let texel = texture.format().block_copy_size(None).unwrap_or(16);
+    let layers = texture.depth_or_array_layers();
+    u64::from(texture.width()) * u64::from(texture.height()) * u64::from(layers) * u64::from(texel)
+}
+
+/// How [`Gpu::upload_texels`] lays texels out, as in `common/texels.wgsl`.
+pub const TEXELS_PER_ROW: u32 = 4096;
+
 impl Gpu {
     /// An empty buffer of `bytes` bytes, rounded up to what wgpu copies.
     ///
@@ -168,6 +178,29 @@ impl Gpu {
             self.queue()
                 .write_texture(texture.as_image_copy(), bytes, layout, size);
         })
+    }
+
+    /// A texture of `contents`, [`TEXELS_PER_ROW`] in each row, that shaders read by
+    /// number: texel i is at (i % TEXELS_PER_ROW, i / TEXELS_PER_ROW).
+    ///
+    /// Software rasterizers read texels several times faster than buffers.
+    pub fn upload_texels<T: bytemuck::Pod>(
+        &self,
+        label: &str,
+        format: wgpu::TextureFormat,
+        contents: &[T],
+    ) -> Result<wgpu::Texture, Error> {
+        let count = contents.len().max(1) as u64;
+        let width = count.min(TEXELS_PER_ROW.into()) as u32;
+        let rows = count.div_ceil(TEXELS_PER_ROW.into());
+        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+        // What does not fit is refused with the texture.
+        let rows = rows.min(u32::MAX.into()) as u32;
+        let texture = self.texture(label, (width, rows), format, usage)?;
+        let mut padded = contents.to_vec();
+        padded.resize(width as usize * rows as usize, T::zeroed());
+        self.write_texture(&texture, &padded)?;
+        Ok(texture)
     }
 
     fn checked_size(&self, what: &str, bytes: u64, usage: BufferUsages) -> Result<u64, Error> {

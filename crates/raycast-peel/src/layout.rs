@@ -9,17 +9,16 @@ use tetrascope_core::TetMesh;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::NO_NEIGHBOR;
 
-/// 32-bit words of one cell in [`Layout::cells`].
-pub(crate) const CELL_WORDS: usize = 5;
-
 /// A neighbor with this bit set is the boundary face of the other bits.
 pub(crate) const AT_BOUNDARY: u32 = 1 << 31;
 
 /// Cells and vertices in the order in which they lie in memory.
 #[derive(Debug)]
 pub(crate) struct Layout {
-    /// [`CELL_WORDS`] a cell.
-    pub(crate) cells: Vec<u32>,
+    /// The exclusive or of each cell's vertex ids.
+    pub(crate) sums: Vec<u32>,
+    /// What is behind the faces opposite each cell's vertices, by increasing id.
+    pub(crate) neighbors: Vec<[u32; 4]>,
     /// Vertex ids and the cell behind, one a boundary face.
     pub(crate) boundary: Vec<[u32; 4]>,
     /// The mesh's own number of each vertex.
@@ -58,24 +57,26 @@ impl Layout {
         };
         let cell_at = inverse(&cell_order);
         let vertex_at = inverse(&vertex_order);
-        let mut cells = Vec::with_capacity(CELL_WORDS * tetrahedra.len());
+        let mut sums = Vec::with_capacity(tetrahedra.len());
+        let mut neighbors = Vec::with_capacity(tetrahedra.len());
         let mut boundary = Vec::new();
         for (cell, &old) in cell_order.iter().enumerate() {
             let ids = tetrahedra[old as usize].map(|v| vertex_at[v as usize]);
-            cells.push(ids[0] ^ ids[1] ^ ids[2] ^ ids[3]);
-            for corner in by_id(ids) {
+            sums.push(ids[0] ^ ids[1] ^ ids[2] ^ ids[3]);
+            neighbors.push(by_id(ids).map(|corner| {
                 let neighbor = mesh.neighbors()[old as usize][corner];
-                cells.push(if neighbor == NO_NEIGHBOR {
+                if neighbor == NO_NEIGHBOR {
                     let [a, b, c] = face_opposite(ids, corner);
                     boundary.push([a, b, c, cell as u32]);
                     AT_BOUNDARY | (boundary.len() - 1) as u32
                 } else {
                     cell_at[neighbor as usize]
-                });
-            }
+                }
+            }));
         }
         Layout {
-            cells,
+            sums,
+            neighbors,
             boundary,
             vertex_order,
             cell_order,

@@ -2,35 +2,32 @@
 
 use std::time::Instant;
 
-use tetrascope_core::glam::{DAffine3, DVec3, Vec3};
+use tetrascope_core::glam::{DAffine3, DVec3};
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{
-    Appearance, Error, Frame, FrameStats, OpticalModel, Scalars, TetMesh, View, Volume,
-    VolumeRenderer,
+    Appearance, Error, Frame, FrameStats, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
 };
 use tetrascope_gpu::look::{look, look_constants};
-use tetrascope_gpu::memory::{ReadBack, Source};
+use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::preintegration::{self, Table};
 use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Integration, Normalization, ScalarMap, Timer, read_back, sides, timer};
+use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, sides, timer};
 
 use crate::NAME;
 use crate::gpu_data::{Counters, March};
-use crate::layout::Layout;
-use crate::options::{Locality, RaycastOptions};
+use crate::options::RaycastOptions;
 use crate::rays::Rays;
 use crate::renderer::tetrahedra;
 use crate::tiles::{TILE, Tiles};
 
-/// In place of a scalar that is not a number, as WGSL promises nothing for NaN.
-/// Mapped scalars stay below 10³⁰; the shader takes anything from 10³⁴ on for this,
-/// so it still shows where a face's weights reduce it.
-pub(crate) const TRANSPARENT_SCALAR: f32 = 1e38;
-
 /// What the shader writes for a ray that meets no surface: infinity is nothing to count on.
 const NO_SURFACE: f32 = 3e38;
+
+mod mesh;
+
+pub(crate) use mesh::{Mesh, TRANSPARENT_SCALAR, longest_edge};
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
@@ -42,21 +39,8 @@ pub(crate) struct Single {
     timer: Option<Timer>,
 }
 
-/// What `reload` changes.
-#[derive(Debug)]
-struct Mesh {
-    source: TetMesh,
-    normalization: Normalization,
-    scalar_map: ScalarMap,
-    layout: Layout,
-    /// The corners of each boundary face, normalized.
-    faces: Vec<[Vec3; 3]>,
-    /// No ray is longer in a cell than this, normalized.
-    longest_edge: f32,
-    positions: wgpu::Buffer,
-    scalars: wgpu::Buffer,
-    cells: wgpu::Buffer,
-    boundary: wgpu::Buffer,
+fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&Default::default())
 }
 
 /// What `restyle` changes.
@@ -64,73 +48,8 @@ struct Mesh {
 struct Style {
     appearance: Appearance,
     pipeline: wgpu::ComputePipeline,
-    intervals: wgpu::Buffer,
+    intervals: wgpu::Texture,
     table: Table,
-}
-
-impl Mesh {
-    fn new(
-        gpu: &Gpu,
-        source: &TetMesh,
-        scalar_map: ScalarMap,
-        locality: Locality,
-    ) -> Result<Mesh, Error> {
-        let normalization = Normalization::of(&source.bounds());
-        let layout = Layout::new(source, locality);
-        let position = |&point: &u32| normalization.position(source.points()[point as usize]);
-        let positions: Vec<Vec3> = layout.vertex_order.iter().map(position).collect();
-        let corners = |face: &[u32; 4]| [0, 1, 2].map(|i| positions[face[i] as usize]);
-        let usage = BufferUsages::STORAGE;
-        let scalar_count = match source.scalars().association {
-            Association::Point => layout.vertex_order.len(),
-            Association::Cell => layout.cell_order.len(),
-        };
-        let scalar_bytes = (4 * scalar_count as u64).max(4);
-        let mesh = Mesh {
-            longest_edge: longest_edge(source, &normalization),
-            faces: layout.boundary.iter().map(corners).collect(),
-            positions: gpu.upload("raycast-peel::positions", &positions, usage)?,
-            cells: gpu.upload("raycast-peel::cells", &layout.cells, usage)?,
-            boundary: gpu.upload("raycast-peel::boundary", &layout.boundary, usage)?,
-            scalars: gpu.buffer(
-                "raycast-peel::scalars",
-                scalar_bytes,
-                usage | BufferUsages::COPY_DST,
-            )?,
-            source: source.clone(),
-            normalization,
-            layout,
-            scalar_map,
-        };
-        mesh.write_scalars(gpu)?;
-        Ok(mesh)
-    }
-
-    /// Uploads the scalars alone.
-    fn write_scalars(&self, gpu: &Gpu) -> Result<(), Error> {
-        let Scalars {
-            association,
-            values,
-            ..
-        } = self.source.scalars();
-        let mapped = |index: usize| match values[index] {
-            value if value.is_nan() => TRANSPARENT_SCALAR,
-            value => self.scalar_map.scalar(value),
-        };
-        let scalars: Vec<f32> = match association {
-            Association::Point => self
-                .layout
-                .vertex_order
-                .iter()
-                .map(|&v| mapped(v as usize))
-                .collect(),
-            Association::Cell => {
-                let source = |&cell: &u32| mapped(self.source.source_cell(cell as usize));
-                self.layout.cell_order.iter().map(source).collect()
-            }
-        };
-        gpu.write("raycast-peel::scalars", &self.scalars, &scalars)
-    }
 }
 
 impl Style {
@@ -181,7 +100,11 @@ impl Style {
             appearance: appearance.clone(),
             pipeline,
             table,
-            intervals: gpu.upload("raycast-peel::intervals", &intervals, BufferUsages::STORAGE)?,
+            intervals: gpu.upload_texels(
+                "of the transfer function",
+                TextureFormat::Rgba32Float,
+                &texels(&intervals),
+            )?,
         })
     }
 }
@@ -242,20 +165,16 @@ fn constants(
         clipped,
         cued,
         model_constant(appearance.optical_model),
+        ("INTERVAL_COUNT", intervals.len() as f64),
         ("DEEPEST", deepest(intervals, mesh.longest_edge)),
         ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
     ])
 }
 
-/// The greatest edge of `mesh`, normalized.
-pub(crate) fn longest_edge(mesh: &TetMesh, normalization: &Normalization) -> f32 {
-    let edges = |cell| {
-        let [a, b, c, d]: [DVec3; 4] = mesh.cell_points(cell);
-        let squares = [a - b, a - c, a - d, b - c, b - d, c - d].map(DVec3::length_squared);
-        squares.into_iter().fold(0.0, f64::max)
-    };
-    let longest = (0..mesh.cell_count()).map(edges).fold(0.0, f64::max);
-    (longest.sqrt() / normalization.scale) as f32
+/// Three texels an interval.
+fn texels(intervals: &[Interval]) -> Vec<[f32; 4]> {
+    let three = |i: &Interval| [i.at_low, i.at_high, [i.low, i.high, i.inverse_width, 0.0]];
+    intervals.iter().flat_map(three).collect()
 }
 
 /// A bound of the optical depth of a cell; what only deeper ones need is not compiled.
@@ -290,18 +209,12 @@ impl Single {
 
     /// Bytes on the device between frames, the image not counted.
     pub(crate) fn bytes_resident(&self) -> u64 {
-        let Mesh {
-            positions,
-            scalars,
-            cells,
-            boundary,
-            ..
-        } = &self.mesh;
-        [positions, scalars, cells, boundary, &self.style.intervals]
-            .iter()
-            .map(|buffer| buffer.size())
-            .sum::<u64>()
-            + self.style.table.bytes()
+        let textures = self
+            .mesh
+            .textures()
+            .into_iter()
+            .chain([&self.style.intervals]);
+        textures.map(texture_bytes).sum::<u64>() + self.style.table.bytes()
     }
 
     /// Records one frame into `image`, an Rgba32Float storage texture, and where there are
@@ -378,14 +291,9 @@ impl Single {
                     entries: &entries,
                 })
         };
-        let Mesh {
-            positions,
-            scalars,
-            cells,
-            boundary,
-            ..
-        } = &self.mesh;
-        let volume = [positions, scalars, cells, boundary].map(|b| b.as_entire_binding());
+        let views = self.mesh.textures().map(view_of);
+        let volume = views.each_ref().map(wgpu::BindingResource::TextureView);
+        let intervals = view_of(intervals);
         self.gpu.checked("raycast-peel::cast", 0, || {
             let frame = [
                 uniform.as_entire_binding(),
@@ -399,7 +307,13 @@ impl Single {
             let groups = [
                 group(0, &frame),
                 group(1, &volume),
-                group(2, &[intervals.as_entire_binding(), table.binding()]),
+                group(
+                    2,
+                    &[
+                        wgpu::BindingResource::TextureView(&intervals),
+                        table.binding(),
+                    ],
+                ),
             ];
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some("raycast-peel::cast"),
@@ -445,53 +359,45 @@ impl Single {
 impl VolumeRenderer for Single {
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         let source = tetrahedra(volume)?;
-        let same_kind = source.scalars().association == self.mesh.source.scalars().association;
-        if source.shares_geometry(&self.mesh.source) && same_kind {
-            let appearance = &self.style.appearance;
-            let range = source.scalar_range();
-            let suits = self.mesh.scalar_map.suits_appearance(appearance, range);
-            self.mesh.source = source.clone();
-            if !suits {
-                self.mesh.scalar_map = ScalarMap::of_appearance(appearance, range);
-            }
-            // A table's program knows whether scalars leave it.
-            if !suits || self.options.integration != Integration::Exact {
-                self.style = Style::new(
-                    &self.gpu,
-                    &self.mesh,
-                    &appearance.clone(),
-                    &self.options,
-                    Some(&self.style.table),
-                )?;
-            }
-            return self.mesh.write_scalars(&self.gpu);
+        let (gpu, old) = (&self.gpu, &self.mesh);
+        let appearance = &self.style.appearance;
+        let range = source.scalar_range();
+        let same_kind = source.scalars().association == old.source.scalars().association;
+        let same_geometry = source.shares_geometry(&old.source) && same_kind;
+        let keeps_map = same_geometry && old.scalar_map.suits_appearance(appearance, range);
+        let map = match keeps_map {
+            true => old.scalar_map,
+            false => ScalarMap::of_appearance(appearance, range),
+        };
+        let mesh = match same_geometry {
+            true => old.with_scalars(gpu, source, map)?,
+            false => Mesh::new(gpu, source, map, self.options.locality)?,
+        };
+        // A table's program knows whether scalars leave it.
+        if !keeps_map || self.options.integration != Integration::Exact {
+            let table = Some(&self.style.table);
+            self.style = Style::new(gpu, &mesh, appearance, &self.options, table)?;
         }
-        let map = ScalarMap::of_appearance(&self.style.appearance, volume.scalar_range());
-        let mesh = Mesh::new(&self.gpu, source, map, self.options.locality)?;
-        self.style = Style::new(
-            &self.gpu,
-            &mesh,
-            &self.style.appearance,
-            &self.options,
-            Some(&self.style.table),
-        )?;
         self.mesh = mesh;
         Ok(())
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        let range = self.mesh.source.scalar_range();
-        if !self.mesh.scalar_map.suits_appearance(appearance, range) {
-            self.mesh.scalar_map = ScalarMap::of_appearance(appearance, range);
-            self.mesh.write_scalars(&self.gpu)?;
+        let (gpu, old) = (&self.gpu, &self.mesh);
+        let range = old.source.scalar_range();
+        let mesh = match old.scalar_map.suits_appearance(appearance, range) {
+            true => None,
+            false => {
+                let map = ScalarMap::of_appearance(appearance, range);
+                Some(old.with_scalars(gpu, &old.source, map)?)
+            }
+        };
+        let drawn = mesh.as_ref().unwrap_or(old);
+        let table = Some(&self.style.table);
+        self.style = Style::new(gpu, drawn, appearance, &self.options, table)?;
+        if let Some(mesh) = mesh {
+            self.mesh = mesh;
         }
-        self.style = Style::new(
-            &self.gpu,
-            &self.mesh,
-            appearance,
-            &self.options,
-            Some(&self.style.table),
-        )?;
         Ok(())
     }
 

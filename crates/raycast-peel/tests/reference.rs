@@ -352,14 +352,22 @@ fn a_mesh_takes_twenty_bytes_a_cell() {
     let Some(gpu) = testing::gpu("a_mesh_takes_twenty_bytes_a_cell") else {
         return;
     };
-    let (mesh, appearance) = mesh("sphere", 5000);
+    let (mesh, appearance) = mesh("sphere", 20_000);
     let volume = Volume::Mesh(mesh.clone());
     let options = RaycastOptions::default();
     let rays = RaycastPeel::new(&gpu, &volume, &appearance, &options).expect("a mesh");
-    // And 16 a vertex, 16 a boundary face, a handful of intervals.
-    let at_least = 20 * mesh.cell_count() + 16 * mesh.points().len();
-    let entry = 16 * mesh.boundary_faces().len();
+    // Lists of texels fill rows of 4096.
+    let list = |count: usize, texel: usize| match count {
+        ..4096 => texel * count,
+        _ => texel * count.div_ceil(4096) * 4096,
+    };
+    let (cells, vertices) = (mesh.cell_count(), mesh.points().len());
+    let volume = list(cells, 4) + list(cells, 16) + list(vertices, 16);
+    let entry = list(mesh.boundary_faces().len(), 16);
     let intervals = 48 * (appearance.transfer_function.knots().len() + 1);
     let bytes = rays.bytes_resident() as usize;
-    assert!(bytes == at_least + entry + intervals, "{bytes}");
+    // A texel each for cell data and for a table of integrals, which this scene does not need.
+    let unused = bytes - (volume + entry + intervals);
+    assert!(unused <= 32, "{bytes}, {unused} unused");
+    assert!(volume <= 20 * cells + 16 * vertices + 3 * 16 * 4096);
 }

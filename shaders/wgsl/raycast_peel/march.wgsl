@@ -24,14 +24,6 @@ struct March {
     padding_2: u32,
 }
 
-// A boundary face and the cell behind it.
-struct BoundaryFace {
-    a: u32,
-    b: u32,
-    c: u32,
-    cell: u32,
-}
-
 struct Counters {
     cell_visits_low: atomic<u32>,
     cell_visits_high: atomic<u32>,
@@ -49,12 +41,14 @@ struct Counters {
 @group(0) @binding(5) var<uniform> look: Look;
 @group(0) @binding(6) var<storage, read> look_items: array<vec4f>;
 
-@group(1) @binding(0) var<storage, read> positions: array<f32>; // x, y, z of each vertex, normalized
-@group(1) @binding(1) var<storage, read> scalars: array<f32>;   // of each vertex or cell
-@group(1) @binding(2) var<storage, read> cells: array<u32>;     // CELL_WORDS each
-@group(1) @binding(3) var<storage, read> boundary: array<BoundaryFace>;
+// Lists of texels (common/texels.wgsl).
+@group(1) @binding(0) var vertices: texture_2d<f32>;  // position, normalized, and scalar
+@group(1) @binding(1) var scalars: texture_2d<f32>;   // of each cell, for cell data
+@group(1) @binding(2) var sums: texture_2d<u32>;      // of each cell, see `follow`
+@group(1) @binding(3) var neighbors: texture_2d<u32>;
+@group(1) @binding(4) var boundary: texture_2d<u32>;  // three vertices and the cell behind
 
-@group(2) @binding(0) var<storage, read> intervals: array<Interval>;
+@group(2) @binding(0) var intervals: texture_2d<f32>; // three texels each
 // One texel where `TABLE_AXES` is 0.
 @group(2) @binding(1) var table: texture_3d<f32>;
 
@@ -63,27 +57,39 @@ fn look_of(i: u32) -> vec4f {
 }
 
 fn interval(i: u32) -> Interval {
-    return intervals[i];
+    let range = textureLoad(intervals, texel(3u * i + 2u), 0);
+    return Interval(
+        textureLoad(intervals, texel(3u * i), 0),
+        textureLoad(intervals, texel(3u * i + 1u), 0),
+        range.x,
+        range.y,
+        range.z,
+    );
 }
+
+override INTERVAL_COUNT: u32 = 1u;
 
 fn interval_count() -> u32 {
-    return arrayLength(&intervals);
+    return INTERVAL_COUNT;
 }
 
-// A cell is the exclusive or of its four vertex ids, then the neighbors across the
+// A cell is the exclusive or of its four vertex ids, in `sums`, and the neighbors across the
 // faces opposite its vertices by increasing id (Aman, Demirci, Güdükbay 2022).
-const CELL_WORDS: u32 = 5u;
 // A neighbor with this bit is a boundary face.
 const AT_BOUNDARY: u32 = 0x80000000u;
 
 // How many boundary faces one search keeps. A ray with more
 // searches again from where it was.
-const KEPT: u32 = 6u;
+const KEPT: u32 = 8u;
 
 // The boundary faces that a ray crosses, by increasing (t, face).
+//
+// In vectors, as software rasterizers are slow at arrays with an index.
 struct Crossings {
-    t: array<f32, 6>,
-    face: array<u32, 6>,
+    t: vec4f,
+    face: vec4u,
+    more_t: vec4f,
+    more_face: vec4u,
     kept: u32,
     total: u32, // beyond `after`, kept or not
 }
@@ -96,10 +102,10 @@ fn comes_before(t0: f32, face0: u32, t1: f32, face1: u32) -> bool {
 // t where the ray crosses boundary face `face`. One function for search and
 // walk, so that both get the same bits.
 fn boundary_crossing(face: u32, shear: Shear) -> vec2f {
-    let ids = boundary[face];
-    let a = corner(ids.a, shear);
-    let b = corner(ids.b, shear);
-    let c = corner(ids.c, shear);
+    let ids = textureLoad(boundary, texel(face), 0);
+    let a = corner(ids.x, shear);
+    let b = corner(ids.y, shear);
+    let c = corner(ids.z, shear);
     let turn = crossing(a.xy, b.xy, c.xy);
     let t = crossing_point(a, b, c, f32(turn)).x * shear.depth;
     return vec2f(t, f32(turn));
@@ -107,37 +113,59 @@ fn boundary_crossing(face: u32, shear: Shear) -> vec2f {
 
 // The first crossings after (t, face), in order, among the faces of a tile.
 fn search(tile: u32, shear: Shear, after_t: f32, after_face: u32, first: bool) -> Crossings {
-    var found: Crossings;
+    let none = vec4f(FAR_AWAY);
+    var found = Crossings(none, vec4u(NO_FACE), none, vec4u(NO_FACE), 0u, 0u);
     let end = tile_faces[tile + 1u];
     for (var i = tile_faces[tile]; i < end; i += 1u) {
         let face = tile_faces[i];
         let crossed = boundary_crossing(face, shear);
-        if crossed.y == 0.0 || !(first || comes_before(after_t, after_face, crossed.x, face)) {
-            continue;
-        }
-        found.total += 1u;
-        insert(&found, crossed.x, face);
+        let counts = crossed.y != 0.0 && (first || comes_before(after_t, after_face, crossed.x, face));
+        // What does not count comes after all, and changes nothing.
+        let t = select(FAR_AWAY, crossed.x, counts);
+        let id = select(NO_FACE, face, counts);
+        found.total += u32(counts);
+        let before = earlier(t, id, found.t, found.face);
+        let last_t = found.t.w;
+        let last_face = found.face.w;
+        found.t = inserted_t(t, found.t, before);
+        found.face = inserted_face(id, found.face, before);
+        // What was pushed out goes to the second half.
+        let next_t = select(t, last_t, before.w);
+        let next_face = select(id, last_face, before.w);
+        let before_more = earlier(next_t, next_face, found.more_t, found.more_face);
+        found.more_t = inserted_t(next_t, found.more_t, before_more);
+        found.more_face = inserted_face(next_face, found.more_face, before_more);
     }
+    found.kept = min(found.total, KEPT);
     return found;
 }
 
-fn insert(found: ptr<function, Crossings>, t: f32, face: u32) {
-    var place = (*found).kept;
-    if place == KEPT {
-        if !comes_before(t, face, (*found).t[KEPT - 1u], (*found).face[KEPT - 1u]) {
-            return;
-        }
-        place = KEPT - 1u;
-    } else {
-        (*found).kept += 1u;
-    }
-    while place > 0u && comes_before(t, face, (*found).t[place - 1u], (*found).face[place - 1u]) {
-        (*found).t[place] = (*found).t[place - 1u];
-        (*found).face[place] = (*found).face[place - 1u];
-        place -= 1u;
-    }
-    (*found).t[place] = t;
-    (*found).face[place] = face;
+// Before which of four crossings one comes.
+fn earlier(t: f32, face: u32, ts: vec4f, faces: vec4u) -> vec4<bool> {
+    return (vec4f(t) < ts) | ((vec4f(t) == ts) & (vec4u(face) < faces));
+}
+
+// Four sorted numbers with one more, the last pushed out; `before` says before which it comes.
+fn inserted_t(t: f32, ts: vec4f, before: vec4<bool>) -> vec4f {
+    let pushed = vec4<bool>(false, before.xyz);
+    return select(ts, select(vec4f(t), vec4f(0.0, ts.xyz), pushed), before);
+}
+
+fn inserted_face(face: u32, faces: vec4u, before: vec4<bool>) -> vec4u {
+    let pushed = vec4<bool>(false, before.xyz);
+    return select(faces, select(vec4u(face), vec4u(0u, faces.xyz), pushed), before);
+}
+
+// Without the first.
+fn rest(found: Crossings) -> Crossings {
+    return Crossings(
+        vec4f(found.t.yzw, found.more_t.x),
+        vec4u(found.face.yzw, found.more_face.x),
+        vec4f(found.more_t.yzw, FAR_AWAY),
+        vec4u(found.more_face.yzw, NO_FACE),
+        found.kept - 1u,
+        found.total - 1u,
+    );
 }
 
 // A ray, apart from its shear.
@@ -160,19 +188,19 @@ struct Exit {
 // Ends without a counter: each cell is crossed through exactly two faces
 // (walk.wgsl), so a path cannot come back to a cell.
 fn follow(entry: u32, turn: i32, shear: Shear, line: Line, ray: ptr<function, Gathered>) -> Exit {
-    let ids = boundary[entry];
-    var a = corner(ids.a, shear);
-    var b = corner(ids.b, shear);
-    var c = corner(ids.c, shear);
-    var cell = ids.cell;
+    let ids = textureLoad(boundary, texel(entry), 0);
+    var a = corner(ids.x, shear);
+    var b = corner(ids.y, shear);
+    var c = corner(ids.z, shear);
+    var cell = ids.w;
     let turned = f32(turn);
     var near = crossing_point(a, b, c, turned) * vec2f(shear.depth, 1.0); // t, scalar
     var seen = near.x; // t never goes back, not even in an inverted cell
     var visits = 0u;
     var exit = NO_FACE;
     loop {
-        let word = cell * CELL_WORDS;
-        let d = corner(cells[word] ^ a.id ^ b.id ^ c.id, shear);
+        let at = texel(cell);
+        let d = corner(textureLoad(sums, at, 0).x ^ a.id ^ b.id ^ c.id, shear);
         // Of the three faces around d, the ray leaves through the one whose two
         // edges at d pass it on the side of the entry face's edges.
         var left = a;
@@ -193,7 +221,7 @@ fn follow(entry: u32, turn: i32, shear: Shear, line: Line, ray: ptr<function, Ga
             a = d;
         }
         let rank = u32(kept.x < left.id) + u32(kept.y < left.id) + u32(d.id < left.id);
-        let next = cells[word + 1u + rank];
+        let next = textureLoad(neighbors, at, 0)[rank];
         let far = crossing_point(a, b, c, turned) * vec2f(shear.depth, 1.0);
         let piece = piece_of(cell, near, far, seen, line);
         if piece.length > 0.0 {
@@ -238,7 +266,7 @@ fn piece_of(cell: u32, near: vec2f, far: vec2f, seen: f32, line: Line) -> Piece 
     var front = near.y;
     var back = far.y;
     if SCALARS_PER_CELL {
-        front = scalars[cell];
+        front = textureLoad(scalars, texel(cell), 0).x;
         back = front;
     } else {
         if begin > near.x {
@@ -324,39 +352,45 @@ fn gather(ray: ptr<function, Gathered>, piece: Piece) {
     }
 }
 
-// Adds a piece as `integrate` does, from the interval that the ray is in: where
-// it stays there nothing is read.
+// Adds a piece as `integrate` does, from the interval that the ray is in.
+//
+// One loop with one place that reads an interval: software rasterizers run what
+// follows a branch whether or not it is taken.
 fn gather_exactly(ray: ptr<function, Gathered>, piece: Piece) {
     let front = piece.front;
     let back = piece.back;
-    let length = piece.length;
-    // The outer intervals reach beyond every scalar, so neither loop leaves the array.
-    while front > (*ray).interval.high {
-        enter(ray, (*ray).index + 1u);
-    }
-    while front < (*ray).interval.low {
-        enter(ray, (*ray).index - 1u);
-    }
     let whole = abs(back - front);
     var scalar = front;
+    var on_step = false;
+    var before_step = vec4f(0.0);
+    var here = (*ray).interval;
+    var index = (*ray).index;
+    var sum = vec4f((*ray).light, (*ray).depth);
     loop {
-        let here = (*ray).interval;
+        // The outer intervals reach beyond every scalar, so the walk does not leave the array.
+        let outside = scalar > here.high || scalar < here.low;
         let end_scalar = clamp(back, here.low, here.high);
         var start = sample_interval(here, scalar);
         var end = sample_interval(here, end_scalar);
         // Each piece is as long as its share of the scalars; a constant one is whole.
-        var share = length;
-        if whole > 0.0 {
-            share = length * (abs(end_scalar - scalar) / whole);
-        } else if scalar == here.low || scalar == here.high {
-            // Constant, and on a step: both sides count half.
-            let beyond = select((*ray).index - 1u, (*ray).index + 1u, scalar == here.high);
-            start = 0.5 * (start + sample_interval(interval(beyond), scalar));
+        var share = piece.length * (abs(end_scalar - scalar) / max(whole, 1e-36));
+        var up = back > here.high;
+        var down = back < here.low;
+        if whole == 0.0 {
+            share = piece.length;
+            // On a step both sides count half: this one waits for the other.
+            start = select(start, 0.5 * (start + before_step), on_step);
             end = start;
+            if !outside && !on_step {
+                up = scalar == here.high;
+                down = scalar == here.low;
+                on_step = up || down;
+                before_step = start;
+                share = select(share, 0.0, on_step);
+            }
         }
         // A piece without length adds nothing, in MAXIMUM_INTENSITY neither.
-        if share > 0.0 {
-            var sum = vec4f((*ray).light, (*ray).depth);
+        if !outside && share > 0.0 {
             if CUED {
                 var at = vec2f(0.0, 1.0);
                 if whole > 0.0 {
@@ -366,20 +400,23 @@ fn gather_exactly(ray: ptr<function, Gathered>, piece: Piece) {
             } else {
                 sum = add_piece(sum, start, end, share);
             }
-            (*ray).light = sum.xyz;
-            (*ray).depth = sum.w;
         }
-        if back >= here.low && back <= here.high {
+        if outside {
+            up = scalar > here.high;
+            down = scalar < here.low;
+        } else {
+            scalar = end_scalar;
+        }
+        if !up && !down {
             break;
         }
-        enter(ray, select((*ray).index - 1u, (*ray).index + 1u, back > here.high));
-        scalar = end_scalar;
+        index = select(index - 1u, index + 1u, up);
+        here = interval(index);
     }
-}
-
-fn enter(ray: ptr<function, Gathered>, index: u32) {
+    (*ray).interval = here;
     (*ray).index = index;
-    (*ray).interval = interval(index);
+    (*ray).light = sum.xyz;
+    (*ray).depth = sum.w;
 }
 
 // `tetrascope_core::optics::over`, model by model.
@@ -472,17 +509,15 @@ fn trace(tile: u32, shear: Shear, line: Line, ray: ptr<function, Gathered>) -> T
     var found = search(tile, shear, 0.0, 0u, true);
     var traced = Traced(found.total, 0u, 0u, 0u);
     // The ends of the latest paths: the boundary is crossed there too, but from inside.
-    var exits = array<u32, 4>(NO_FACE, NO_FACE, NO_FACE, NO_FACE);
-    var next = 0u;
-    while next < found.kept {
-        let t = found.t[next];
-        let face = found.face[next];
-        next += 1u;
+    var exits = vec4u(NO_FACE);
+    while found.kept > 0u {
+        let t = found.t.x;
+        let face = found.face.x;
+        found = rest(found);
         if t >= line.end {
             break;
         }
-        let is_exit = any(vec4u(exits[0], exits[1], exits[2], exits[3]) == vec4u(face));
-        if !is_exit {
+        if !any(exits == vec4u(face)) {
             let before = *ray;
             let turn = i32(boundary_crossing(face, shear).y);
             let path = follow(face, turn, shear, line, ray);
@@ -500,13 +535,12 @@ fn trace(tile: u32, shear: Shear, line: Line, ray: ptr<function, Gathered>) -> T
                 *ray = before;
             } else {
                 traced.visits += path.visits;
-                exits[traced.paths % 4u] = path.face;
+                exits = vec4u(path.face, exits.xyz);
                 traced.paths += 1u;
             }
         }
-        if next == found.kept && found.total > found.kept {
+        if found.kept == 0u && found.total > 0u {
             found = search(tile, shear, t, face, false);
-            next = 0u;
         }
     }
     return traced;

@@ -56,15 +56,11 @@ const LEAST: f32 = 8.673617379884035e-19;
 // a ray meets it. `fma` may or may not be fused, but as one operation it is
 // rounded in one way throughout a shader.
 fn corner(id: u32, shear: Shear) -> Corner {
-    let position = vec3f(positions[3u * id], positions[3u * id + 1u], positions[3u * id + 2u]);
-    let p = permute(position - shear.anchor, shear.axis);
-    var scalar = 0.0;
-    if !SCALARS_PER_CELL {
-        scalar = scalars[id];
-    }
+    let vertex = textureLoad(vertices, texel(id), 0);
+    let p = permute(vertex.xyz - shear.anchor, shear.axis);
     let xy = fma(-shear.slope, p.zz, p.xy);
     // So that no product underflows: the rounded corner is the vertex, this one too.
-    return Corner(id, select(xy, vec2f(0.0), abs(xy) < vec2f(LEAST)), p.z, scalar);
+    return Corner(id, select(xy, vec2f(0.0), abs(xy) < vec2f(LEAST)), p.z, vertex.w);
 }
 
 // z and scalar where the ray crosses face abc. Convex weights: no sliver can

@@ -8,6 +8,9 @@
 use tetrascope_core::{Knot, TransferFunction, VolumeRenderer as _};
 use tetrascope_gpu::testing;
 
+use tetrascope_core::Scalars;
+use tetrascope_core::glam::Vec3;
+
 use super::*;
 
 /// Cubes along each side of a mesh.
@@ -290,13 +293,12 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
     let bytes = (BATCH * 16) as u64;
     let traces = gpu.buffer("aim", bytes, storage | BufferUsages::COPY_SRC);
     let traces = traces.expect("small");
-    let Mesh {
-        positions,
-        scalars,
-        cells,
-        boundary,
-        ..
-    } = &single.mesh;
+    let textures = single.mesh.textures();
+    let views = textures.map(|texture| texture.create_view(&Default::default()));
+    let volume: Vec<_> = (0..)
+        .zip(views.iter().map(wgpu::BindingResource::TextureView))
+        .collect();
+    let intervals = single.style.intervals.create_view(&Default::default());
     let mut random = Random(seed);
     let mut sum = Sum::default();
     for _ in 0..batches {
@@ -314,19 +316,11 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
                     (6, items.as_entire_binding()),
                 ],
             ),
-            group(
-                1,
-                &[
-                    (0, positions.as_entire_binding()),
-                    (1, scalars.as_entire_binding()),
-                    (2, cells.as_entire_binding()),
-                    (3, boundary.as_entire_binding()),
-                ],
-            ),
+            group(1, &volume),
             group(
                 2,
                 &[
-                    (0, single.style.intervals.as_entire_binding()),
+                    (0, wgpu::BindingResource::TextureView(&intervals)),
                     (1, single.style.table.binding()),
                 ],
             ),

@@ -1,0 +1,182 @@
+//! The mesh on the device: what `reload` changes.
+
+use std::sync::Arc;
+
+use tetrascope_core::glam::{DVec3, Vec3};
+use tetrascope_core::mesh::Association;
+use tetrascope_core::{Error, Scalars, TetMesh};
+use tetrascope_gpu::passes::{TEXELS, group, layout, module, pipeline_layout, write_texels};
+use tetrascope_gpu::wgpu::{self, ShaderStages, TextureFormat, TextureUsages};
+use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
+use tetrascope_shaders::raycast_peel::SCALARS;
+
+use crate::layout::Layout;
+use crate::options::Locality;
+
+/// In place of a scalar that is not a number, as WGSL promises nothing for NaN.
+/// Mapped scalars stay below 10³⁰; the shader takes anything from 10³⁴ on for this,
+/// so it still shows where a face's weights reduce it.
+pub(crate) const TRANSPARENT_SCALAR: f32 = 1e38;
+
+/// Position and scalar of a vertex.
+const VERTEX: TextureFormat = TextureFormat::Rgba32Float;
+const SCALAR: TextureFormat = TextureFormat::R32Float;
+
+/// A mesh in lists of texels, with 20 bytes a cell, 16 a vertex and 16 a boundary face.
+#[derive(Clone, Debug)]
+pub(crate) struct Mesh {
+    pub(crate) source: TetMesh,
+    pub(crate) normalization: Normalization,
+    pub(crate) scalar_map: ScalarMap,
+    pub(crate) layout: Arc<Layout>,
+    /// The corners of each boundary face, normalized.
+    pub(crate) faces: Arc<[[Vec3; 3]]>,
+    /// No ray is longer in a cell than this, normalized.
+    pub(crate) longest_edge: f32,
+    /// Position, and scalar of point data.
+    vertices: wgpu::Texture,
+    /// Of each cell, for cell data; else a texel that nobody reads.
+    scalars: wgpu::Texture,
+    sums: wgpu::Texture,
+    neighbors: wgpu::Texture,
+    boundary: wgpu::Texture,
+}
+
+impl Mesh {
+    pub(crate) fn new(
+        gpu: &Gpu,
+        source: &TetMesh,
+        scalar_map: ScalarMap,
+        locality: Locality,
+    ) -> Result<Mesh, Error> {
+        let normalization = Normalization::of(&source.bounds());
+        let layout = Layout::new(source, locality);
+        let position = |&point: &u32| normalization.position(source.points()[point as usize]);
+        let positions: Vec<Vec3> = layout.vertex_order.iter().map(position).collect();
+        let corners = |face: &[u32; 4]| [0, 1, 2].map(|i| positions[face[i] as usize]);
+        let mapped = mapped(source, &scalar_map, &layout);
+        let (of_points, of_cells) = match source.scalars().association {
+            Association::Point => (mapped, vec![0.0]),
+            Association::Cell => (vec![0.0; positions.len()], mapped),
+        };
+        let vertices = positions.iter().zip(&of_points);
+        let vertices: Vec<[f32; 4]> = vertices.map(|(p, &s)| p.extend(s).to_array()).collect();
+        let ids = TextureFormat::Rgba32Uint;
+        Ok(Mesh {
+            longest_edge: longest_edge(source, &normalization),
+            faces: layout.boundary.iter().map(corners).collect(),
+            vertices: gpu.upload_texels("of vertices", VERTEX, &vertices)?,
+            scalars: gpu.upload_texels("of scalars", SCALAR, &of_cells)?,
+            sums: gpu.upload_texels("of cells", TextureFormat::R32Uint, &layout.sums)?,
+            neighbors: gpu.upload_texels("of neighbors", ids, &layout.neighbors)?,
+            boundary: gpu.upload_texels("of boundary faces", ids, &layout.boundary)?,
+            source: source.clone(),
+            normalization,
+            layout: Arc::new(layout),
+            scalar_map,
+        })
+    }
+
+    /// Other scalars of the same kind on the same geometry; they alone are uploaded.
+    pub(crate) fn with_scalars(
+        &self,
+        gpu: &Gpu,
+        source: &TetMesh,
+        scalar_map: ScalarMap,
+    ) -> Result<Mesh, Error> {
+        let mapped = mapped(source, &scalar_map, &self.layout);
+        let scalars = gpu.upload_texels("of scalars", SCALAR, &mapped)?;
+        let mut mesh = Mesh {
+            source: source.clone(),
+            scalar_map,
+            ..self.clone()
+        };
+        match source.scalars().association {
+            Association::Point => mesh.vertices = merged(gpu, &self.vertices, &scalars)?,
+            Association::Cell => mesh.scalars = scalars,
+        }
+        Ok(mesh)
+    }
+
+    /// What `march.wgsl` has in group 1.
+    pub(crate) fn textures(&self) -> [&wgpu::Texture; 5] {
+        [
+            &self.vertices,
+            &self.scalars,
+            &self.sums,
+            &self.neighbors,
+            &self.boundary,
+        ]
+    }
+}
+
+/// The scalars as shaders know them, in the order of the layout.
+fn mapped(source: &TetMesh, map: &ScalarMap, layout: &Layout) -> Vec<f32> {
+    let Scalars {
+        association,
+        values,
+        ..
+    } = source.scalars();
+    let mapped = |index: usize| match values[index] {
+        value if value.is_nan() => TRANSPARENT_SCALAR,
+        value => map.scalar(value),
+    };
+    match association {
+        Association::Point => {
+            let order = layout.vertex_order.iter();
+            order.map(|&vertex| mapped(vertex as usize)).collect()
+        }
+        Association::Cell => {
+            let order = layout.cell_order.iter();
+            let cell = |&cell: &u32| mapped(source.source_cell(cell as usize));
+            order.map(cell).collect()
+        }
+    }
+}
+
+/// `vertices` with these scalars, by `scalars.wgsl`.
+fn merged(
+    gpu: &Gpu,
+    vertices: &wgpu::Texture,
+    scalars: &wgpu::Texture,
+) -> Result<wgpu::Texture, Error> {
+    let label = "raycast-peel::scalars";
+    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING;
+    let size = (vertices.width(), vertices.height());
+    let merged = gpu.texture("of vertices", size, VERTEX, usage)?;
+    let views =
+        [vertices, scalars, &merged].map(|texture| texture.create_view(&Default::default()));
+    let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    gpu.checked(label, 0, || {
+        let types = [TEXELS, TEXELS, write_texels(VERTEX)];
+        let bindings = layout(gpu, label, ShaderStages::COMPUTE, &types);
+        let pipeline = gpu
+            .device()
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(label),
+                layout: Some(&pipeline_layout(gpu, label, &[&bindings])),
+                module: &module(gpu, label, SCALARS),
+                entry_point: None,
+                compilation_options: Default::default(),
+                cache: None,
+            });
+        let resources = views.each_ref().map(wgpu::BindingResource::TextureView);
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group(gpu, label, &bindings, &resources), &[]);
+        pass.dispatch_workgroups(size.0.div_ceil(64), size.1, 1);
+    })?;
+    gpu.finish(encoder)?;
+    Ok(merged)
+}
+
+/// The greatest edge of `mesh`, normalized.
+pub(crate) fn longest_edge(mesh: &TetMesh, normalization: &Normalization) -> f32 {
+    let edges = |cell| {
+        let [a, b, c, d]: [DVec3; 4] = mesh.cell_points(cell);
+        let squares = [a - b, a - c, a - d, b - c, b - d, c - d].map(DVec3::length_squared);
+        squares.into_iter().fold(0.0, f64::max)
+    };
+    let longest = (0..mesh.cell_count()).map(edges).fold(0.0, f64::max);
+    (longest.sqrt() / normalization.scale) as f32
+}
