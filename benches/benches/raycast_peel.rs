@@ -1,32 +1,41 @@
-//! The paper's tables 1 to 4 again, how frame time grows with the mesh, and what the order of
-//! cells in memory is worth. They take minutes and judge nothing, so they run when asked:
+//! Tables 1 to 4 of Bernardon, Pagot, Comba and Silva, how frame time grows with the mesh, and
+//! what the order of cells in memory is worth:
+//! `raycast-peel/tables/blunt/187k cells/exact/4x4`.
 //!
-//!     cargo test --release -p tetrascope-raycast-peel --test published_tables -- --ignored --nocapture
-//!
-//! TETRASCOPE_SIDE is the number of pixels a side, 256 without it. Times are wall times with
-//! the readback in them, the least of three frames.
+//! Times are wall times with the readback in them.
 
 use std::collections::HashMap;
+use std::hint::black_box;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use tetrascope_core::glam::DVec3;
-use tetrascope_core::mesh::{Association, Split};
-use tetrascope_core::{
+use criterion::{Criterion, criterion_group, criterion_main};
+use tetrascope::Context;
+use tetrascope::core::glam::DVec3;
+use tetrascope::core::mesh::{Association, Split};
+use tetrascope::core::{
     Appearance, Camera, CameraFit, Frame, Knot, OpticalModel, Scalars, TetMesh, TransferFunction,
     View, Volume, VolumeRenderer as _,
 };
-use tetrascope_datasets::{Options, find};
-use tetrascope_gpu::{Gpu, testing};
-use tetrascope_io::{MeshData, ReadOptions, read_mesh};
-use tetrascope_raycast_peel::{Integration, Locality, Passes, RaycastOptions, RaycastPeel};
+use tetrascope::datasets::{Options, find};
+use tetrascope::gpu::Gpu;
+use tetrascope::io::{MeshData, ReadOptions, read_mesh};
+use tetrascope::raycast_peel::{Integration, Locality, Passes, RaycastOptions, RaycastPeel};
 
-fn side() -> u32 {
-    std::env::var("TETRASCOPE_SIDE").map_or(256, |side| side.parse().expect("a number"))
+/// Pixels a side; the paper has 512.
+const SIDE: u32 = 256;
+
+/// The device, or why there is none.
+fn gpu(context: &Context) -> Option<&Gpu> {
+    context
+        .gpu()
+        .inspect_err(|error| eprintln!("skipped: raycast-peel: {error}"))
+        .ok()
 }
 
 /// A mesh file; without it, says that it is skipped.
 fn data(name: &str) -> Option<MeshData> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
     let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(beside, PathBuf::from);
     let path = folder.join(name);
     if !path.is_file() {
@@ -123,8 +132,8 @@ fn ramp(mesh: &TetMesh) -> Appearance {
 fn views(volume: &Volume) -> [View; 3] {
     [CameraFit::PlusIso, CameraFit::MinusIso, CameraFit::PlusX].map(|from| View {
         camera: Camera::fit(&volume.bounds(), from, false, 1.0),
-        width: side(),
-        height: side(),
+        width: SIDE,
+        height: SIDE,
         background: [0.0; 4],
     })
 }
@@ -150,13 +159,11 @@ fn range(values: &[f64]) -> (f64, f64) {
     (least, values.iter().copied().fold(0.0, f64::max))
 }
 
-/// Tables 1 to 4: over cameras, the least and greatest time and number of passes of a tile.
-#[test]
-#[ignore = "takes minutes; run with --ignored --nocapture"]
-fn tables_1_to_4() {
-    let Some(gpu) = testing::gpu("tables_1_to_4") else {
-        return;
-    };
+/// Over three cameras: the time of all frames, and of each tile the least and greatest
+/// number of passes.
+fn tables(criterion: &mut Criterion) {
+    let context = Context::new();
+    let Some(gpu) = gpu(&context) else { return };
     let meshes = [
         ("spx1", refined_spx()),
         ("blunt", blunt_fin()),
@@ -168,8 +175,13 @@ fn tables_1_to_4() {
         let volume = Volume::Mesh(mesh);
         for (table, integration) in [
             ("exact", Integration::Exact),
-            ("3-D pre-integration", Integration::Table3d { n: 64 }),
+            ("table-3d", Integration::Table3d { n: 64 }),
         ] {
+            let group = format!("raycast-peel/tables/{name}/{}k cells/{table}", cells / 1000);
+            let mut group = criterion.benchmark_group(group);
+            group
+                .sample_size(10)
+                .measurement_time(Duration::from_secs(3));
             for tiles in 1..=6 {
                 let options = RaycastOptions {
                     passes: Passes::PingPong,
@@ -177,8 +189,12 @@ fn tables_1_to_4() {
                     tiles,
                     ..RaycastOptions::default()
                 };
-                let renderer = new(&gpu, &volume, &options);
-                let frames = views(&volume).map(|view| quickest(&renderer, &view));
+                let renderer = new(gpu, &volume, &options);
+                let views = views(&volume);
+                group.bench_function(format!("{tiles}x{tiles}"), |b| {
+                    b.iter(|| views.map(|view| black_box(renderer.render(&view).expect("a frame"))));
+                });
+                let frames = views.map(|view| quickest(&renderer, &view));
                 let (quick, slow) = range(&frames.each_ref().map(|(seconds, _)| *seconds));
                 let passes: Vec<f64> = frames
                     .iter()
@@ -188,8 +204,8 @@ fn tables_1_to_4() {
                 let (fewest, most) = range(&passes);
                 let fragments = frames.iter().filter_map(|(_, f)| f.stats.fragments);
                 println!(
-                    "{name}, {cells} cells, {table}, {tiles}x{tiles} tiles: {:.0}-{:.0} ms, \
-                     {:.0}-{:.0} Ktet/s, {fewest}-{most} passes a tile, {} fragments",
+                    "{name}, {table}, {tiles}x{tiles} tiles: {:.0}-{:.0} ms, {:.0}-{:.0} Ktet/s, \
+                     {fewest}-{most} passes a tile, {} fragments",
                     1e3 * quick,
                     1e3 * slow,
                     1e-3 * cells as f64 / slow,
@@ -197,18 +213,16 @@ fn tables_1_to_4() {
                     fragments.sum::<u64>()
                 );
             }
+            group.finish();
         }
     }
 }
 
 /// A ray crosses as many cells as the cube root of their number: the exponent is 1/3 where
-/// nothing else counts.
-#[test]
-#[ignore = "takes minutes; run with --ignored --nocapture"]
-fn frame_time_and_cell_count() {
-    let Some(gpu) = testing::gpu("frame_time_and_cell_count") else {
-        return;
-    };
+/// nothing else counts. Not criterion's: what counts is one number over all sizes.
+fn growth(_: &mut Criterion) {
+    let context = Context::new();
+    let Some(gpu) = gpu(&context) else { return };
     let mut samples = Vec::new();
     for cells in [20_000, 60_000, 200_000, 600_000, 2_000_000] {
         let mesh = sphere(cells);
@@ -219,7 +233,7 @@ fn frame_time_and_cell_count() {
                 locality,
                 ..RaycastOptions::default()
             };
-            let renderer = new(&gpu, &volume, &options);
+            let renderer = new(gpu, &volume, &options);
             let [view, ..] = views(&volume);
             let (seconds, frame) = quickest(&renderer, &view);
             let visits = frame.stats.cell_visits.expect("counted") as f64;
@@ -242,7 +256,11 @@ fn frame_time_and_cell_count() {
     let rise: f64 = samples.iter().map(|s| (s.0 - x) * (s.1 - y)).sum();
     let run: f64 = samples.iter().map(|s| (s.0 - x).powi(2)).sum();
     println!(
-        "frame time grows as the number of cells to the {:.2}",
-        rise / run
+        "frame time grows as the number of cells to the {:.2} on {}",
+        rise / run,
+        gpu.describe()
     );
 }
+
+criterion_group!(benches, tables, growth);
+criterion_main!(benches);
