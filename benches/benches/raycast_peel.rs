@@ -192,7 +192,9 @@ fn tables(criterion: &mut Criterion) {
                 let renderer = new(gpu, &volume, &options);
                 let views = views(&volume);
                 group.bench_function(format!("{tiles}x{tiles}"), |b| {
-                    b.iter(|| views.map(|view| black_box(renderer.render(&view).expect("a frame"))));
+                    b.iter(|| {
+                        views.map(|view| black_box(renderer.render(&view).expect("a frame")))
+                    });
                 });
                 let frames = views.map(|view| quickest(&renderer, &view));
                 let (quick, slow) = range(&frames.each_ref().map(|(seconds, _)| *seconds));

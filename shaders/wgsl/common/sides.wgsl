@@ -10,6 +10,15 @@
 // floats to the nearest number, which WGSL leaves open (`sides` of tetrascope-gpu asks).
 override INTEGER_SIDES: bool = false;
 
+// 2⁻⁶⁰: products of two of these are normal numbers.
+const LEAST: f32 = 8.673617379884035e-19;
+
+// A sheared point as `side` takes it: nearer to an axis than `LEAST` it is on the axis, so
+// that no product underflows. The rounded point is the vertex, this one too.
+fn on_grid(p: vec2f) -> vec2f {
+    return select(p, vec2f(0.0), abs(p) < vec2f(LEAST));
+}
+
 // The sign of a.x b.y - a.y b.x: on which side of the origin the line from a to
 // b passes. 0 only where a and b coincide.
 //

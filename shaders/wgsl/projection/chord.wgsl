@@ -24,10 +24,10 @@ fn chord_of(in: Varying) -> Chord {
     let slope = vec2f(x, y) * frame.slope;
     // Sheared so that the ray is the axis x = y = 0. `fma` may or may not be fused,
     // but as one operation it rounds a vertex in one way for every cell that has it.
-    let p0 = fma(-slope, in.v0.zz, in.v0.xy - through);
-    let p1 = fma(-slope, in.v1.zz, in.v1.xy - through);
-    let p2 = fma(-slope, in.v2.zz, in.v2.xy - through);
-    let p3 = fma(-slope, in.v3.zz, in.v3.xy - through);
+    let p0 = on_grid(fma(-slope, in.v0.zz, in.v0.xy - through));
+    let p1 = on_grid(fma(-slope, in.v1.zz, in.v1.xy - through));
+    let p2 = on_grid(fma(-slope, in.v2.zz, in.v2.xy - through));
+    let p3 = on_grid(fma(-slope, in.v3.zz, in.v3.xy - through));
     let s = sides(p0, p1, p2, p3);
     let s01 = s.of_first.x;
     let s02 = s.of_first.y;

@@ -39,10 +39,10 @@ fn fs_surface(in: Varying) -> Met {
     let through = vec2f(x, y) * frame.extent;
     let slope = vec2f(x, y) * frame.slope;
     // As in chord.wgsl.
-    let p0 = vec4f(fma(-slope, in.v0.zz, in.v0.xy - through), in.v0.zw);
-    let p1 = vec4f(fma(-slope, in.v1.zz, in.v1.xy - through), in.v1.zw);
-    let p2 = vec4f(fma(-slope, in.v2.zz, in.v2.xy - through), in.v2.zw);
-    let p3 = vec4f(fma(-slope, in.v3.zz, in.v3.xy - through), in.v3.zw);
+    let p0 = vec4f(on_grid(fma(-slope, in.v0.zz, in.v0.xy - through)), in.v0.zw);
+    let p1 = vec4f(on_grid(fma(-slope, in.v1.zz, in.v1.xy - through)), in.v1.zw);
+    let p2 = vec4f(on_grid(fma(-slope, in.v2.zz, in.v2.xy - through)), in.v2.zw);
+    let p3 = vec4f(on_grid(fma(-slope, in.v3.zz, in.v3.xy - through)), in.v3.zw);
     let s = sides(p0.xy, p1.xy, p2.xy, p3.xy);
     let turns = vec4i(
         same(s.of_rest.x, s.of_rest.z, -s.of_rest.y),

@@ -49,18 +49,13 @@ fn unpermute(p: vec3f, axis: u32) -> vec3f {
     return select(p.yzx, p.zxy, axis == 0u);
 }
 
-// 2⁻⁶⁰: products of two of these are normal numbers.
-const LEAST: f32 = 8.673617379884035e-19;
-
 // The only code that shears a vertex: the same vertex has the same bits wherever
 // a ray meets it. `fma` may or may not be fused, but as one operation it is
 // rounded in one way throughout a shader.
 fn corner(id: u32, shear: Shear) -> Corner {
     let vertex = textureLoad(vertices, texel(id), 0);
     let p = permute(vertex.xyz - shear.anchor, shear.axis);
-    let xy = fma(-shear.slope, p.zz, p.xy);
-    // So that no product underflows: the rounded corner is the vertex, this one too.
-    return Corner(id, select(xy, vec2f(0.0), abs(xy) < vec2f(LEAST)), p.z, vertex.w);
+    return Corner(id, on_grid(fma(-shear.slope, p.zz, p.xy)), p.z, vertex.w);
 }
 
 // z and scalar where the ray crosses face abc. Convex weights: no sliver can

@@ -1,13 +1,13 @@
 //! Pass 3: draw the cells (`cell.wgsl`).
 
 use tetrascope_core::{Error, OpticalModel};
-use tetrascope_gpu::Gpu;
 use tetrascope_gpu::gather::{blend, gathered_format};
 use tetrascope_gpu::passes::{
     READ, TEXELS, UNIFORM, group, layout, model_constant, module, pipeline_layout,
 };
 use tetrascope_gpu::preintegration::TABLE;
 use tetrascope_gpu::wgpu::{self, BindingResource, BufferUsages, ShaderStages};
+use tetrascope_gpu::{Gpu, sides};
 use tetrascope_shaders::projection::CELL;
 
 use super::faces::FacePass;
@@ -112,6 +112,7 @@ impl CellPass {
         // The programs of faces do not know them.
         if !matches!(into, Into::Faces(_)) {
             constants.extend(uploaded.look.extras);
+            constants.push(sides::constant(gpu)?);
         }
         let in_pieces = ("PIECES", uploaded.look.pieces.starts.is_some().into());
         constants.push(in_pieces);
@@ -154,6 +155,7 @@ impl CellPass {
             Into::Nearest(pass, data) => {
                 constants = data.constants().to_vec();
                 constants.extend(uploaded.look.extras);
+                constants.push(sides::constant(gpu)?);
                 let targets = &surface::TARGETS[..];
                 let depth = Some(surface::hidden());
                 (&pass.module, &pass.layout, "fs_surface", targets, depth)
