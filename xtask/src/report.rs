@@ -341,7 +341,12 @@ impl Report {
                     let drawn = match &row.outcome {
                         Outcome::Drawn(drawn) => drawn,
                         Outcome::Skipped(why) => {
-                            skipped.push(format!("{}: skipped: {why}", name.join(" ")));
+                            let (scene, algorithm) = (&scene.name, row.algorithm);
+                            let line = format!("{scene} {algorithm}: skipped: {why}");
+                            // Once, not for each setting and model.
+                            if !skipped.contains(&line) {
+                                skipped.push(line);
+                            }
                             continue;
                         }
                     };
