@@ -396,6 +396,18 @@ fn checks(scene: &SceneReport) -> Vec<Check> {
     checks
 }
 
+/// A setting in few words: "order=per-pixel,table-size=64" as "per-pixel 64". Numbers keep
+/// their names, but for sizes.
+fn words(setting: &str) -> String {
+    let word = |pair: &str| match pair.split_once('=') {
+        Some((name, value)) if name.ends_with("size") || value.parse::<f64>().is_err() => {
+            value.to_owned()
+        }
+        _ => pair.to_owned(),
+    };
+    setting.split(',').map(word).collect::<Vec<_>>().join(" ")
+}
+
 /// Error against time of one scene, a line an algorithm and model.
 fn chart(scene: &SceneReport, algorithms: &[&Algorithm]) -> Option<String> {
     let mut series = Vec::new();
@@ -408,7 +420,7 @@ fn chart(scene: &SceneReport, algorithms: &[&Algorithm]) -> Option<String> {
             let points = rows.filter_map(|row| match &row.outcome {
                 Outcome::Drawn(drawn) => drawn
                     .error
-                    .map(|e| (drawn.frame_ms, e.rmse, row.setting.clone())),
+                    .map(|e| (drawn.frame_ms, e.rmse, words(&row.setting))),
                 Outcome::Skipped(_) => None,
             });
             series.push(Series {

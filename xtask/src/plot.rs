@@ -2,6 +2,7 @@
 
 use plotters::coord::ranged1d::{KeyPointHint, Ranged};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// One algorithm under one optical model, over the sweep of its quality setting.
 pub struct Series {
@@ -14,10 +15,10 @@ pub struct Series {
 }
 
 /// Colors of the optical models, told apart by every reader (M. Okabe, K. Ito, 2008).
-pub const COLORS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#b35a8f"];
+pub const COLORS: [&str; 5] = ["#0072b2", "#d55e00", "#009e73", "#b35a8f", "#8a6d00"];
 
 /// Dash patterns of the optical models, (dash, gap) in pixels.
-const DASHES: [(u32, u32); 4] = [(1, 0), (8, 4), (2, 4), (12, 3)];
+const DASHES: [(u32, u32); 5] = [(1, 0), (8, 4), (2, 4), (12, 3), (5, 2)];
 
 /// Names of the algorithms' markers, for the legend.
 pub const MARKERS: [&str; 4] = ["●", "▲", "✕", "■"];
@@ -95,7 +96,16 @@ pub fn error_against_time(
             }
             .expect("memory takes any chart");
             for (at, (_, _, label)) in path.into_iter().zip(points) {
-                let place = ((at.0 - x.0) / (x.1 - x.0), (at.1 - y.0) / (y.1 - y.0));
+                let mut place = ((at.0 - x.0) / (x.1 - x.0), (at.1 - y.0) / (y.1 - y.0));
+                // Beside its point, on the side where there is room.
+                let on_left = place.0 > 1.0 - LABEL.0;
+                let (side, offset) = match on_left {
+                    true => (HPos::Right, -9),
+                    false => (HPos::Left, 9),
+                };
+                if on_left {
+                    place.0 -= LABEL.0;
+                }
                 // A label over another could not be read; the table has them all.
                 let is_free = labeled.iter().all(|other| {
                     (place.0 - other.0).abs() > LABEL.0 || (place.1 - other.1).abs() > LABEL.1
@@ -108,7 +118,8 @@ pub fn error_against_time(
                 if is_free {
                     labeled.push(place);
                 }
-                let text = Text::new(label, (9, -5), (FONT, 14).into_font().color(&INK));
+                let font = (FONT, 14).into_font().color(&INK);
+                let text = Text::new(label, (offset, -5), font.pos(Pos::new(side, VPos::Top)));
                 let filled = color.filled();
                 match one.algorithm % MARKERS.len() {
                     0 => chart

@@ -201,7 +201,7 @@ struct Page<'a> {
     charts: Vec<Option<&'a String>>,
     misses: Vec<&'a Check>,
     plotted: &'a [String],
-    legend_models: [&'static str; 4],
+    legend_models: [&'static str; 5],
     legend_markers: [&'static str; 4],
 }
 
