@@ -2,8 +2,9 @@
 
 use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, ClipPlane, DepthCue, DirectionalLight, Isosurface, Lighting,
-    OpticalModel, Projection, Ray, View, Volume, VolumeRenderer as _,
+    Appearance, Camera, CameraFit, ClipPlane, DepthCue, DirectionalLight, Isosurface, Knot,
+    Lighting, OpticalModel, Projection, Ray, Scalars, TransferFunction, View, Volume,
+    VolumeRenderer as _,
 };
 use tetrascope_datasets::{Options, find};
 use tetrascope_gpu::{Gpu, testing};
@@ -123,6 +124,27 @@ fn a_cue_bends_colors_inside_a_cell() {
         return;
     };
     let (volume, mut appearance) = scene("sphere", 5);
+    // Its own field is the same at all corners.
+    let Volume::Mesh(mesh) = volume else {
+        panic!("a mesh")
+    };
+    let values = mesh.points().iter().map(|p| p.x + 0.5 * p.y - 0.2 * p.z);
+    let scalars = Scalars {
+        values: values.collect(),
+        ..mesh.scalars().clone()
+    };
+    let volume = Volume::Mesh(mesh.with_scalars(scalars).expect("as many"));
+    let (low, high) = volume.scalar_range().expect("a field");
+    let knot = |scalar, color: [f64; 3], extinction| Knot {
+        scalar,
+        color: color.into(),
+        extinction,
+    };
+    let ramp = vec![
+        knot(low, [1.0, 0.0, 0.2], 0.5),
+        knot(high, [0.0, 1.0, 0.4], 6.0),
+    ];
+    appearance.transfer_function = TransferFunction::new(ramp).expect("valid knots");
     appearance.depth_cue = Some(DepthCue { strength: 1.0 });
     check(&gpu, "five cells", &volume, &appearance);
 }
