@@ -128,8 +128,9 @@ pub enum OpticalModel {
     /// so what should not show is black. Cell order is free. (Weiler, Kraus,
     /// Ertl 2002, §5.1, keep "the maximum of the transfer function".)
     MaximumIntensity,
-    /// The nearest of [`Appearance::isosurfaces`], opaque, flat shaded by
-    /// [`Appearance::lighting`]; B where the ray meets none. The depth buffer
+    /// The nearest of [`Appearance::isosurfaces`], opaque, shaded by
+    /// [`Appearance::lighting`] and the field's gradient in the cell
+    /// ([`Isosurface`]); B where the ray meets none. The depth buffer
     /// hides, so cell order is free.
     Isosurfaces,
 }

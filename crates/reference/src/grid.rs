@@ -4,7 +4,8 @@
 //! splits at its extremes and where it crosses the transfer function's knots. On each part
 //! color and extinction are cubics too, so optical depths are exact and the light is a
 //! smooth integral of one variable, for which `quadrature` has Gauss–Legendre rules with
-//! errors under 3e-14. `walk` finds the cells, `integral` adds them up.
+//! errors under 3e-14; `cue` has the same for light that fades with depth. `walk` finds the
+//! cells, `integral` adds them up, and `surface` finds isosurfaces in them.
 //!
 //! A cell with a NaN at a corner is transparent, and one with an infinity has that scalar
 //! throughout (or none, if there are infinities of both signs).
@@ -20,22 +21,26 @@
 //! A ray in the volume's very surface may meet it or not, as rounding decides.
 
 mod cubic;
+mod cue;
 mod integral;
 mod pieces;
 mod quadrature;
+mod surface;
 mod walk;
 
 use std::ops::Range;
 
-use tetrascope_core::appearance::clip_ray;
+use tetrascope_core::appearance::{CueRamp, clip_ray};
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::optics::over;
-use tetrascope_core::{Appearance, Error, Grid, Ray, View};
+use tetrascope_core::{Appearance, DepthCue, Error, Grid, OpticalModel, Ray, View};
 
 use crate::ray::{Consistency, Outcome};
 use crate::trace::Interval;
 use cubic::Cubic;
+use cue::NO_CUE;
 use integral::{GridIntegral, Look};
+use surface::{CellOnRay, RayOnGrid, Search, Surfaces};
 use walk::{Line, Stretch, Walk};
 
 /// How far a point may be off, of the greatest distance.
@@ -58,6 +63,12 @@ pub(crate) struct GridBody {
 pub(crate) struct GridScene<'a> {
     body: &'a GridBody,
     look: Look,
+    /// What the model `Isosurfaces` draws in place of the volume.
+    surfaces: Option<Surfaces>,
+    /// Of depth along `forward`.
+    cue: Option<CueRamp>,
+    /// Unit, world space.
+    forward: DVec3,
     background: [f64; 4],
 }
 
@@ -75,10 +86,21 @@ impl GridBody {
         self.grid.samples().bytes()
     }
 
-    pub(crate) fn scene(&self, appearance: &Appearance, background: [f64; 4]) -> GridScene<'_> {
+    /// For a camera at `eye` that looks along the unit vector `forward`.
+    pub(crate) fn scene(
+        &self,
+        appearance: &Appearance,
+        (eye, forward): (DVec3, DVec3),
+        background: [f64; 4],
+    ) -> GridScene<'_> {
+        let draws_surfaces = appearance.optical_model == OpticalModel::Isosurfaces;
+        let ramp = |cue: DepthCue| cue.ramp(eye, forward, &self.grid.bounds());
         GridScene {
             body: self,
             look: Look::new(appearance, background),
+            surfaces: draws_surfaces.then(|| Surfaces::new(appearance, forward)),
+            cue: appearance.depth_cue.map(ramp),
+            forward,
             background,
         }
     }
@@ -167,7 +189,25 @@ impl GridScene<'_> {
         let shift = DISPLACEMENT * body.distance(ray.origin) / body.grid.spacing();
         // By how much the time is off at which a plane across `axis` is crossed.
         let late = |axis: usize| (shift[axis] / line.slope[axis]).abs();
+        // Rays begin in the eye's plane, so depth is proportional to the distance.
+        let cosine = ray.direction.dot(self.forward);
+        let cue = self.cue.map(|ramp| CueRamp {
+            slope: ramp.slope * cosine,
+            ..ramp
+        });
+        let off = DISPLACEMENT * body.distance(ray.origin) * cue.map_or(0.0, |r| r.slope.abs());
+        let ray_on_grid = RayOnGrid {
+            line: &line,
+            direction: ray.direction,
+            axes: body.grid.direction(),
+            spacing: body.grid.spacing(),
+            shift,
+            cue,
+            cue_error: off,
+        };
+        let mut search = self.surfaces.as_ref().map(Surfaces::search);
         let mut integral = GridIntegral::new(&self.look);
+        integral.blur_cue(off);
         let mut inside = false;
         // The same for the ends that clip planes make, and 0 for the eye.
         let planes = &self.look.clip_planes;
@@ -186,20 +226,37 @@ impl GridScene<'_> {
                     integral.blur_end(stretch.across.map_or_else(|| cut(kept[0]), late));
                     inside = !inside;
                 }
-                let Some([low, high]) = range else { continue };
+                let Some([low, high]) = range else {
+                    search.as_mut().map(Search::gap);
+                    continue;
+                };
                 let scalar = || scalar(&line, &stretch, &corners, [low, high]);
                 visit(&stretch, &scalar);
                 let blur = blur([low, high], shift);
+                if let Some(search) = &mut search {
+                    let cell = CellOnRay {
+                        stretch: &stretch,
+                        corners: &corners,
+                        range: [low, high],
+                        blur,
+                    };
+                    search.add(&ray_on_grid, &cell, scalar);
+                    continue;
+                }
                 if integral.is_opaque() || self.look.is_clear(low - blur, high + blur) {
                     continue;
                 }
                 let cubic = scalar();
-                integral.add(&cubic, length);
+                let cue = cue.map_or(NO_CUE, |r| [stretch.t_in, stretch.t_out].map(|t| r.at(t)));
+                integral.add(&cubic, length, cue);
                 integral.blur(&cubic, length, [low, high], blur);
             }
             if inside {
                 integral.blur_end(exit.map_or_else(|| cut(kept[1]), late));
             }
+        }
+        if let Some(search) = search {
+            return self.met(&search);
         }
         let depth = integral.optical_depth();
         Outcome {
@@ -214,6 +271,22 @@ impl GridScene<'_> {
 }
 
 impl GridScene<'_> {
+    /// What a search for surfaces comes to.
+    fn met(&self, search: &Search) -> Outcome {
+        let (light, depth, t) = match search.hit {
+            Some(hit) => (hit.color, f64::INFINITY, hit.t),
+            None => (DVec3::ZERO, 0.0, f64::INFINITY),
+        };
+        Outcome {
+            pixel: over(self.look.model, light, depth, self.background),
+            light: light.to_array(),
+            optical_depth: depth,
+            surface_depth: t,
+            error: search.error(),
+            consistency: Consistency::default(),
+        }
+    }
+
     /// By how much the times are off, all together, at which clip planes cross a ray.
     fn cut(&self, ray: &Ray) -> f64 {
         let planes = self.look.clip_planes.iter().map(|plane| {
@@ -255,12 +328,7 @@ fn scalar(line: &Line, stretch: &Stretch, corners: &[f64; 8], [low, high]: [f64;
     if low == high {
         return Cubic([low; 4]);
     }
-    let at = |t: f64| {
-        [0, 1, 2].map(|axis| {
-            let place = line.origin[axis] + t * line.slope[axis];
-            (place - stretch.cell[axis] as f64).clamp(0.0, 1.0)
-        })
-    };
+    let at = |t: f64| stretch.place(line, t);
     Cubic::trilinear(corners, at(stretch.t_in), at(stretch.t_out))
 }
 

@@ -17,7 +17,8 @@
 //! 6. `look` adds clip planes, depth cue and isosurfaces.
 //! 7. `bound` derives the error bound that comes with each pixel.
 //! 8. `grid` does all of it for regular grids: trilinear interpolation, a cubic in each
-//!    voxel cell, split at knots and integrated by Gauss–Legendre rules.
+//!    voxel cell, split at knots and integrated by Gauss–Legendre rules; isosurfaces are
+//!    its roots, lit by the interpolant's gradient.
 //!
 //! N. Max, P. Hanrahan, R. Crawfis, "Area and Volume Coherence for Efficient
 //! Visualization of 3D Scalar Functions", 1990, cast rays through unsorted cells
@@ -66,15 +67,8 @@ use tile::{SIDE, Scene, Workspace};
 /// The name in lists and messages.
 pub const NAME: &str = "reference";
 
-/// What it draws of meshes beyond the volumetric optical models.
+/// What it draws beyond the volumetric optical models, of meshes and of regular grids.
 pub const ABILITIES: Abilities = Abilities::ALL;
-
-/// What it draws of regular grids beyond the volumetric optical models.
-pub const GRID_ABILITIES: Abilities = Abilities {
-    isosurfaces: false,
-    depth_cue: false,
-    clip_planes: true,
-};
 
 /// How the reference works; none of it changes a bit of the image.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -193,7 +187,9 @@ impl Reference {
             }
             Body::Grid(grid) => {
                 grid.check_eye(view.camera.position)?;
-                let scene = grid.scene(&self.appearance, background);
+                let (_, _, forward) = view.camera.axes();
+                let camera = (view.camera.position, forward);
+                let scene = grid.scene(&self.appearance, camera, background);
                 in_tiles(view, on_progress, |columns, rows, _| {
                     scene.draw(view, columns, rows)
                 })
@@ -232,11 +228,7 @@ impl VolumeRenderer for Reference {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        let abilities = match self.body {
-            Body::Mesh { .. } => ABILITIES,
-            Body::Grid(_) => GRID_ABILITIES,
-        };
-        abilities.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance)?;
         self.appearance = appearance.clone();
         Ok(())
     }
@@ -253,8 +245,7 @@ impl VolumeRenderer for Reference {
 /// [`Error::Unsupported`] with the reason, and what [`Appearance::validate`] refuses.
 pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
     match volume {
-        Volume::Mesh(_) => ABILITIES.check(NAME, appearance),
-        Volume::Grid(_) => GRID_ABILITIES.check(NAME, appearance),
+        Volume::Mesh(_) | Volume::Grid(_) => ABILITIES.check(NAME, appearance),
         _ => Err(Error::Unsupported {
             renderer: NAME,
             what: "a grid that stays in its file".into(),

@@ -115,7 +115,8 @@ impl Reference {
             origin: ray.origin,
             direction,
         };
-        let (outcome, intervals) = grid.scene(&self.appearance, [0.0; 4]).trace(&ray);
+        let scene = grid.scene(&self.appearance, (ray.origin, direction), [0.0; 4]);
+        let (outcome, intervals) = scene.trace(&ray);
         Ok(RayTrace {
             intervals,
             light: outcome.light,

@@ -1,4 +1,14 @@
 //! Isosurfaces, and where a ray meets them.
+//!
+//! In a mesh's cell the scalar is linear along a ray and [`nearest_crossing`] is all there
+//! is to it; the normal is the cell's gradient, constant in it (flat shading).
+//!
+//! On a grid the scalar is the trilinear interpolant of a voxel cell's eight corners, which
+//! along a ray is a cubic. Between its extremes it rises or falls, and a surface is met on
+//! such a part where [`Isosurface::is_met`] says so of the part's ends. The normal is the
+//! interpolant's gradient at the very point, in the cell in which the surface is met; from
+//! cell to cell it jumps, as the interpolant is continuous and its gradient is not. A cell
+//! with a corner that is NaN holds no surface.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -27,15 +37,22 @@ impl Isosurface {
             help: Some("give a finite value and linear RGB, 0 or more".into()),
         })
     }
+
+    /// Whether a ray meets the surface on a stretch on which the scalar rises or falls from
+    /// `front` to `back`: one end is below the value and the other is not.
+    ///
+    /// So a chain of stretches that share their ends misses no surface and doubles none,
+    /// wherever it is divided, and a stretch of constant scalar meets none.
+    pub fn is_met(&self, front: f64, back: f64) -> bool {
+        (front < self.value) != (back < self.value)
+    }
 }
 
 /// The first of `surfaces` that a ray meets on a stretch where the scalar goes linearly
 /// from `front` to `back`: its index, and where, as a share of the stretch in [0, 1].
 ///
-/// A surface is met where one end is below its value and the other is not. So a
-/// chain of stretches that share their ends misses none and doubles none,
-/// wherever it is divided, and a stretch of constant scalar meets none. Of
-/// surfaces met at one place, the one with the lowest index counts. NaN meets none.
+/// A surface is met where [`Isosurface::is_met`]. Of surfaces met at one place, the one
+/// with the lowest index counts. NaN meets none.
 pub fn nearest_crossing(surfaces: &[Isosurface], front: f64, back: f64) -> Option<(usize, f64)> {
     if front.is_nan() || back.is_nan() {
         return None;
@@ -43,7 +60,7 @@ pub fn nearest_crossing(surfaces: &[Isosurface], front: f64, back: f64) -> Optio
     let mut nearest: Option<(usize, f64)> = None;
     for (index, surface) in surfaces.iter().enumerate() {
         let value = surface.value;
-        if (front < value) == (back < value) {
+        if !surface.is_met(front, back) {
             continue;
         }
         // Halves, as the difference of huge numbers may overflow.

@@ -5,8 +5,9 @@ use tetrascope_core::optics::CompensatedSum;
 use tetrascope_core::{Appearance, ClipPlane, OpticalModel};
 
 use super::cubic::{Cubic, Monotone};
+use super::cue::{self, Cue, NO_CUE};
 use super::pieces::{Piece, Pieces, Step};
-use super::quadrature::{FOUR, LARGEST_DEPTH, rule};
+use super::quadrature::{LARGEST_DEPTH, rule};
 
 /// Behind this optical depth T is below 2e-28 and no bit of a sum near 1 changes.
 const OPAQUE: f64 = 64.0;
@@ -60,7 +61,9 @@ impl Look {
 ///   opacities times T before sum to at most 1.
 /// - Colors, exponentials and products add 32 u C, and the plain sum of n parts n u of itself.
 ///
-/// Together less than (n + 1024) u C.
+/// Together less than (n + 1024) u C. With a depth cue two quadratures with such weights
+/// take the place of one and of an opacity, 600 u C more, and its factors, rounded 4 times,
+/// are in [0, 1]: less than (n + 2048) u C; see [`GridIntegral::blur_cue`] for the rest.
 #[derive(Clone, Debug)]
 pub(crate) struct GridIntegral<'a> {
     look: &'a Look,
@@ -71,6 +74,8 @@ pub(crate) struct GridIntegral<'a> {
     parts: u64,
     /// A bound on what wrong scalars and positions do.
     error: f64,
+    /// How far the cue's factors may be off.
+    cue_error: f64,
 }
 
 impl<'a> GridIntegral<'a> {
@@ -81,6 +86,7 @@ impl<'a> GridIntegral<'a> {
             depth: CompensatedSum::default(),
             parts: 0,
             error: 0.0,
+            cue_error: 0.0,
         }
     }
 
@@ -94,21 +100,23 @@ impl<'a> GridIntegral<'a> {
         self.optical_depth() > OPAQUE
     }
 
-    /// Adds the next cell: the scalar on its way, and the way's length in world units.
+    /// Adds the next cell: the scalar on its way, the way's length in world units, and the
+    /// depth cue's factors at its ends.
     ///
     /// Where the scalar is constant and on a step, both sides count half, as in
     /// [`TransferFunction::sample`](tetrascope_core::TransferFunction::sample).
-    pub(crate) fn add(&mut self, cubic: &Cubic, length: f64) {
+    pub(crate) fn add(&mut self, cubic: &Cubic, length: f64, cue: Cue) {
         let [b0, b1, b2, b3] = cubic.0;
         if b0 == b1 && b1 == b2 && b2 == b3 {
-            return self.add_constant(b0, length);
+            return self.add_constant(b0, length, cue);
         }
         for part in cubic.monotone() {
-            self.add_monotone(&part, length * (part.to - part.from));
+            let cue = cue::part(cue, part.from, part.to);
+            self.add_monotone(&part, length * (part.to - part.from), cue);
         }
     }
 
-    fn add_constant(&mut self, scalar: f64, length: f64) {
+    fn add_constant(&mut self, scalar: f64, length: f64, cue: Cue) {
         let pieces = [false, true].map(|rising| {
             let pieces = &self.look.pieces;
             pieces.get(pieces.find(scalar, rising))
@@ -119,7 +127,19 @@ impl<'a> GridIntegral<'a> {
         let color = 0.5 * (colors[0] + colors[1]);
         self.parts += 1;
         match self.look.model {
-            OpticalModel::MaximumIntensity => self.light = self.light.max(color),
+            OpticalModel::MaximumIntensity => {
+                self.light = self.light.max(color * cue[0].max(cue[1]));
+            }
+            OpticalModel::Emission | OpticalModel::EmissionAbsorption if cue != NO_CUE => {
+                // As a part of one color and extinction.
+                let uniform = Piece {
+                    low: f64::NEG_INFINITY,
+                    high: f64::INFINITY,
+                    colors: [color; 2],
+                    extinctions: [mean; 2],
+                };
+                self.add_part(&uniform, &Cubic([0.0; 4]), length, cue);
+            }
             OpticalModel::Emission => self.light += color * (mean * length),
             _ => self.add_uniform(color, mean * length),
         }
@@ -135,7 +155,7 @@ impl<'a> GridIntegral<'a> {
     }
 
     /// Splits a part where it crosses knots.
-    fn add_monotone(&mut self, part: &Monotone, length: f64) {
+    fn add_monotone(&mut self, part: &Monotone, length: f64, cue: Cue) {
         let pieces = &self.look.pieces;
         let [front, back] = part.ends();
         let rising = front < back;
@@ -152,8 +172,14 @@ impl<'a> GridIntegral<'a> {
                 (part.place(knot).max(from), knot)
             };
             if self.look.model == OpticalModel::MaximumIntensity {
-                for scalar in [front, scalar] {
-                    self.light = self.light.max(piece.color(scalar));
+                if cue == NO_CUE {
+                    for scalar in [front, scalar] {
+                        self.light = self.light.max(piece.color(scalar));
+                    }
+                } else {
+                    let mut cubic = part.cubic.part(from, to);
+                    (cubic.0[0], cubic.0[3]) = (front, scalar);
+                    self.add_greatest(piece, &cubic, cue::part(cue, from, to));
                 }
                 self.parts += 1;
             } else if to > from && !piece.is_clear() {
@@ -161,7 +187,8 @@ impl<'a> GridIntegral<'a> {
                 let mut cubic = part.cubic.part(from, to);
                 cubic.0[0] = front;
                 cubic.0[3] = scalar;
-                self.add_part(piece, &cubic, length * (to - from));
+                let cue = cue::part(cue, from, to);
+                self.add_part(piece, &cubic, length * (to - from), cue);
             }
             if there || self.is_opaque() {
                 return;
@@ -172,7 +199,7 @@ impl<'a> GridIntegral<'a> {
     }
 
     /// Adds a part on which color and extinction are linear in the scalar.
-    fn add_part(&mut self, piece: &Piece, cubic: &Cubic, length: f64) {
+    fn add_part(&mut self, piece: &Piece, cubic: &Cubic, length: f64, cue: Cue) {
         let extinctions = cubic.0.map(|s| piece.extinction(s));
         let [a, b, c, d] = extinctions.map(|e| 0.25 * e * length);
         // The mean of Bernstein coefficients is the mean of the polynomial.
@@ -181,18 +208,18 @@ impl<'a> GridIntegral<'a> {
         match self.look.model {
             OpticalModel::Emission => {
                 self.parts += 1;
-                let mut sums = [0.0; 2];
-                for (tau, weight) in FOUR.iter() {
-                    let [x, y] = piece.shares(cubic.at(*tau));
-                    let emitted = weight * piece.extinction(cubic.at(*tau)) * length;
-                    sums = [sums[0] + emitted * y, sums[1] + emitted * x];
+                let [high, all] = cue::emitted(piece, cubic, length, cue);
+                self.light += (all - high) * piece.colors[0] + high * piece.colors[1];
+                if cue != NO_CUE {
+                    // Without the cue it would be this bright at most.
+                    self.error += self.look.brightest * depth * self.cue_error;
                 }
-                self.light += sums[0] * piece.colors[0] + sums[1] * piece.colors[1];
             }
-            OpticalModel::EmissionAbsorption if !uniform => {
+            OpticalModel::EmissionAbsorption if !uniform || cue != NO_CUE => {
                 if depth > LARGEST_DEPTH {
-                    for half in cubic.split(0.5) {
-                        self.add_part(piece, &half, 0.5 * length);
+                    let cues = [cue::part(cue, 0.0, 0.5), cue::part(cue, 0.5, 1.0)];
+                    for (half, cue) in cubic.split(0.5).iter().zip(cues) {
+                        self.add_part(piece, half, 0.5 * length, cue);
                         if self.is_opaque() {
                             return;
                         }
@@ -202,15 +229,38 @@ impl<'a> GridIntegral<'a> {
                 self.parts += 1;
                 let before = (-self.depth.value()).exp();
                 let opacity = -(-depth).exp_m1();
-                let high = absorbed(piece, cubic, &[a, b, c, d], depth).clamp(0.0, opacity);
-                self.light +=
-                    before * ((opacity - high) * piece.colors[0] + high * piece.colors[1]);
+                let [high, all] = match cue {
+                    NO_CUE => [absorbed(piece, cubic, &[a, b, c, d], depth), opacity],
+                    _ => cue::absorbed(piece, cubic, &[a, b, c, d], depth, cue),
+                };
+                let all = all.clamp(0.0, opacity);
+                let high = high.clamp(0.0, all);
+                self.light += before * ((all - high) * piece.colors[0] + high * piece.colors[1]);
                 self.depth.add(depth);
             }
             _ => {
                 self.parts += 1;
                 self.add_uniform(piece.colors[0], depth);
             }
+        }
+    }
+
+    /// The greatest color of a part times its cue, channel by channel.
+    fn add_greatest(&mut self, piece: &Piece, cubic: &Cubic, cue: Cue) {
+        for channel in 0..3 {
+            let colors = piece.colors.map(|c| c[channel]);
+            let most = cue::greatest(piece, cubic, colors, cue);
+            self.light[channel] = self.light[channel].max(most);
+        }
+    }
+
+    /// Says that the cue's factors may be off by `error`, before any cell is added.
+    ///
+    /// The light is at most C times the opacity, or the greatest color, before the cue.
+    pub(crate) fn blur_cue(&mut self, error: f64) {
+        self.cue_error = error;
+        if self.look.model != OpticalModel::Emission {
+            self.error += self.look.brightest * error;
         }
     }
 
@@ -269,7 +319,7 @@ impl<'a> GridIntegral<'a> {
 
     /// A bound on the absolute error of every channel of the pixel.
     pub(crate) fn error(&self) -> f64 {
-        let rounding = (self.parts as f64 + 1024.0) * UNIT;
+        let rounding = (self.parts as f64 + 2048.0) * UNIT;
         let scale = match self.look.model {
             OpticalModel::Emission => self.look.brightest.max(self.light.max_element()),
             _ => self.look.brightest,
@@ -297,13 +347,13 @@ fn absorbed(piece: &Piece, cubic: &Cubic, quarters: &[f64; 4], depth: f64) -> f6
 }
 
 /// Power coefficients of a cubic in Bernstein form.
-fn power([a, b, c, d]: [f64; 4]) -> [f64; 4] {
+pub(crate) fn power([a, b, c, d]: [f64; 4]) -> [f64; 4] {
     let [p, q, r] = [b - a, c - b, d - c];
     [a, 3.0 * p, 3.0 * (q - p), (r - q) - (q - p)]
 }
 
 /// Power coefficients of a quartic in Bernstein form.
-fn quartic_power(b: [f64; 5]) -> [f64; 5] {
+pub(crate) fn quartic_power(b: [f64; 5]) -> [f64; 5] {
     let first = [0, 1, 2, 3].map(|i| b[i + 1] - b[i]);
     let second = [0, 1, 2].map(|i| first[i + 1] - first[i]);
     let third = [0, 1].map(|i| second[i + 1] - second[i]);
@@ -316,7 +366,7 @@ fn quartic_power(b: [f64; 5]) -> [f64; 5] {
     ]
 }
 
-fn horner(coefficients: &[f64], tau: f64) -> f64 {
+pub(crate) fn horner(coefficients: &[f64], tau: f64) -> f64 {
     let terms = coefficients.iter().rev();
     terms.fold(0.0, |sum, coefficient| sum * tau + coefficient)
 }
@@ -377,11 +427,11 @@ mod tests {
             for depth in [1e-6, 1e-5, 1e-4, 1e-3, 0.02, 0.03, 0.2, 0.25, 0.6, 1.0, 7.0] {
                 let look = look(depth / mean);
                 let mut whole = GridIntegral::new(&look);
-                whole.add(&shape, 1.0);
+                whole.add(&shape, 1.0, NO_CUE);
                 let mut fine = GridIntegral::new(&look);
                 for i in 0..4096 {
                     let at = |i: i32| f64::from(i) / 4096.0;
-                    fine.add(&shape.part(at(i), at(i + 1)), 1.0 / 4096.0);
+                    fine.add(&shape.part(at(i), at(i + 1)), 1.0 / 4096.0, NO_CUE);
                 }
                 let off = (whole.light.x - fine.light.x).abs() / depth;
                 assert!(off < 5e-14, "{shape:?} {depth}: {off:e}");
@@ -402,7 +452,7 @@ mod tests {
                 (Cubic([0.3; 4]), 0.3),
             ] {
                 let mut integral = GridIntegral::new(&look);
-                integral.add(&shape, 1e9);
+                integral.add(&shape, 1e9, NO_CUE);
                 // The scalar moves by at most 3 over the length, and light comes from a
                 // depth of 1/(σ l) of it.
                 let off = (integral.light.x - front).abs();
@@ -431,7 +481,7 @@ mod tests {
             let ends = e - 0.5;
             let cubic = Cubic([ends, ends + 4.0 / 3.0, ends + 4.0 / 3.0, ends]);
             let mut integral = GridIntegral::new(&look);
-            integral.add(&cubic, 1.0);
+            integral.add(&cubic, 1.0, NO_CUE);
             let depth = 8.0 * f64::max(e, 0.0).sqrt();
             // The scalar is off by 4 u, so the length by √e − √(e − 4 u) ≤ √(4 u).
             let off = (integral.optical_depth() - depth).abs();

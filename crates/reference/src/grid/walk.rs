@@ -42,6 +42,16 @@ pub(crate) struct Stretch {
     pub(crate) across: Option<usize>,
 }
 
+impl Stretch {
+    /// Where in the cell the line is at `t`, as shares of its sides.
+    pub(crate) fn place(&self, line: &Line, t: f64) -> [f64; 3] {
+        [0, 1, 2].map(|axis| {
+            let place = line.origin[axis] + t * line.slope[axis];
+            (place - self.cell[axis] as f64).clamp(0.0, 1.0)
+        })
+    }
+}
+
 impl Walk {
     /// The way from t = `near` to `far` through `cells` cells along each axis; `None` if
     /// there is none.

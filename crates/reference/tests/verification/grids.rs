@@ -13,15 +13,15 @@ use tetrascope_reference::{Reference, ReferenceOptions};
 
 /// Where the samples of a grid lie.
 #[derive(Clone, Copy)]
-struct Place {
-    dims: [usize; 3],
-    origin: DVec3,
-    spacing: DVec3,
-    direction: DMat3,
+pub(crate) struct Place {
+    pub(crate) dims: [usize; 3],
+    pub(crate) origin: DVec3,
+    pub(crate) spacing: DVec3,
+    pub(crate) direction: DMat3,
 }
 
 /// n cells a side over [0, 1]³.
-fn unit(n: usize) -> Place {
+pub(crate) fn unit(n: usize) -> Place {
     Place {
         dims: [n + 1; 3],
         origin: DVec3::ZERO,
@@ -31,7 +31,7 @@ fn unit(n: usize) -> Place {
 }
 
 /// Stretched, flipped and turned, about as large as [0, 1]³ and around its middle.
-fn skewed() -> Place {
+pub(crate) fn skewed() -> Place {
     let turn = DMat3::from_quat(DQuat::from_euler(
         tetrascope_core::glam::EulerRot::XYZ,
         0.4,
@@ -50,7 +50,7 @@ fn skewed() -> Place {
 }
 
 /// Samples of `field`, which is given world positions.
-fn grid(place: &Place, field: impl Fn(DVec3) -> f64) -> Grid {
+pub(crate) fn grid(place: &Place, field: impl Fn(DVec3) -> f64) -> Grid {
     let [nx, ny, nz] = place.dims;
     let mut samples = Vec::new();
     for k in 0..nz {
@@ -64,7 +64,7 @@ fn grid(place: &Place, field: impl Fn(DVec3) -> f64) -> Grid {
     of_samples(place, Samples::F32(samples))
 }
 
-fn of_samples(place: &Place, samples: Samples) -> Grid {
+pub(crate) fn of_samples(place: &Place, samples: Samples) -> Grid {
     let Place {
         dims,
         origin,
@@ -74,13 +74,13 @@ fn of_samples(place: &Place, samples: Samples) -> Grid {
     Grid::new(dims, origin, spacing, direction, samples).expect("a valid grid")
 }
 
-fn truth(grid: &Grid, look: &Appearance) -> Reference {
+pub(crate) fn truth(grid: &Grid, look: &Appearance) -> Reference {
     let volume = Volume::Grid(grid.clone());
     Reference::new(&volume, look, &ReferenceOptions::default()).expect("a grid is drawn")
 }
 
 /// Where a ray enters and leaves the grid before its origin.
-fn span(place: &Place, ray: &Ray) -> Option<(f64, f64)> {
+pub(crate) fn span(place: &Place, ray: &Ray) -> Option<(f64, f64)> {
     let turned = Ray {
         origin: place.direction.transpose() * (ray.origin - place.origin),
         direction: place.direction.transpose() * ray.direction,
@@ -215,7 +215,7 @@ const GAUSS: [(f64, f64); 5] = [
 ];
 
 /// ∫ f over [from, to] by `panels` 5-point rules: order 10.
-fn quadrature(from: f64, to: f64, panels: usize, f: &dyn Fn(f64) -> f64) -> f64 {
+pub(crate) fn quadrature(from: f64, to: f64, panels: usize, f: &dyn Fn(f64) -> f64) -> f64 {
     let h = (to - from) / panels as f64;
     let panel = |i: usize| {
         let middle = from + (i as f64 + 0.5) * h;
@@ -370,7 +370,7 @@ fn turned(view: &View, turn: DMat3) -> View {
     }
 }
 
-fn lumps(p: DVec3) -> f64 {
+pub(crate) fn lumps(p: DVec3) -> f64 {
     0.4 + 0.3 * (5.0 * p.x + p.y).sin() * (3.0 * p.z - 2.0 * p.y).cos() + 0.2 * p.x
 }
 
