@@ -44,7 +44,8 @@ pub struct FrameStats {
     pub tiles_skipped: Option<u64>,
     /// The least and the greatest number of steps' passes among the tiles drawn.
     pub tile_passes: Option<[u64; 2]>,
-    /// Fragments that the passes of all tiles sent for a step, idle rays included.
+    /// Fragments of the passes through the volume, as the device counts them: it may count
+    /// those beside a polygon that complete a block, and `raycast-peel` counts idle rays.
     pub fragments: Option<u64>,
     /// Cells sent to the rasterizer.
     pub cells_drawn: Option<u64>,
@@ -54,12 +55,16 @@ pub struct FrameStats {
     pub cells_sorted: Option<u64>,
     /// Boxes of a grid that were drawn.
     pub bricks_drawn: Option<u64>,
-    /// Boxes of a grid left out because they map to nothing.
+    /// Boxes of a grid left out because they map to nothing, or are outside of the image or
+    /// behind clip planes.
     pub bricks_skipped: Option<u64>,
     /// Vertices sent to the vertex stage.
     pub vertices: Option<u64>,
     /// Bytes of the volume sent to the device for this frame.
     pub bytes_uploaded: u64,
+    /// Bytes that say what is drawn where, sent to the device for this frame: boxes or
+    /// polygons, and the camera.
+    pub geometry_bytes: Option<u64>,
     /// Faces across which the order of cells was given up because cells hide each
     /// other in a cycle.
     pub visibility_cycles: Option<u64>,

@@ -9,7 +9,9 @@ use wgpu::Features;
 pub const ADAPTER_NAME_VARIABLE: &str = "WGPU_ADAPTER_NAME";
 
 /// Features that some renderer makes use of; each is taken where it exists.
-const USEFUL: Features = Features::FLOAT32_BLENDABLE.union(Features::TIMESTAMP_QUERY);
+const USEFUL: Features = Features::FLOAT32_BLENDABLE
+    .union(Features::TIMESTAMP_QUERY)
+    .union(Features::PIPELINE_STATISTICS_QUERY);
 
 /// How to choose a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -110,7 +112,8 @@ impl Gpu {
     /// The application's handlers for lost devices and uncaptured errors are left
     /// alone. Renderers use what features and limits the device was made with:
     /// [`Features::FLOAT32_BLENDABLE`] keeps blending in f32, and
-    /// [`Features::TIMESTAMP_QUERY`] measures frames.
+    /// [`Features::TIMESTAMP_QUERY`] and [`Features::PIPELINE_STATISTICS_QUERY`] measure
+    /// frames.
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Gpu {
         Gpu::with_failure(device, queue, Failure::default())
     }

@@ -78,55 +78,91 @@ impl SlicedBox {
     }
 }
 
-/// The polygon in which the plane normal · x = `offset` cuts `cut`, counterclockwise as
-/// seen by an eye that looks along `normal`; duplicates fill up to six corners.
-///
-/// In f32, operation by operation as `vs_slice` computes it. `None` in place of a corner
-/// is a position that the program leaves undefined: always where the plane misses the
-/// box, and with [`PlaneTest::Published`] also where rounding hides the edge that is cut.
-/// `offset` and `normal · x` are in the unit of `normal` times `cut`'s.
-pub fn polygon(
-    cut: &SlicedBox,
+/// The vertex program for planes of one direction, on the CPU.
+#[derive(Clone, Debug)]
+pub struct VertexProgram {
     normal: Vec3,
-    offset: f32,
     test: PlaneTest,
-) -> [Option<Vec3>; POLYGON] {
-    let roles = sequence()[front_corner(normal) as usize];
-    edges().map(|tries| {
-        tries.iter().find_map(|[from, to]| {
-            let from = cut.corner(roles[*from as usize]);
-            let to = cut.corner(roles[*to as usize]);
-            match test {
-                PlaneTest::Published => published(from, to, normal, offset),
-                PlaneTest::Sides => sides(from, to, normal, offset),
-            }
+    /// The edges that each corner of a polygon tries in turn, as corners of the box.
+    edges: [[[u32; 2]; TRIES]; POLYGON],
+}
+
+/// The corners of a box, by their bits, and normal · x at each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corners {
+    places: [Vec3; 8],
+    heights: [f32; 8],
+}
+
+impl Corners {
+    /// The least and the greatest normal · x.
+    pub fn range(&self) -> [f32; 2] {
+        let heights = self.heights.iter().copied();
+        [
+            heights.clone().fold(f32::INFINITY, f32::min),
+            heights.fold(f32::NEG_INFINITY, f32::max),
+        ]
+    }
+}
+
+impl VertexProgram {
+    /// For planes normal · x = offset.
+    pub fn new(normal: Vec3, test: PlaneTest) -> VertexProgram {
+        let roles = sequence()[front_corner(normal) as usize];
+        let corners = |edge: [u32; 2]| edge.map(|role| roles[role as usize]);
+        VertexProgram {
+            normal,
+            test,
+            edges: edges().map(|tries| tries.map(corners)),
+        }
+    }
+
+    /// What all planes that cut `cut` share.
+    pub fn corners(&self, cut: &SlicedBox) -> Corners {
+        let places = [0, 1, 2, 3, 4, 5, 6, 7].map(|bits| cut.corner(bits));
+        Corners {
+            heights: places.map(|place| place.dot(self.normal)),
+            places,
+        }
+    }
+
+    /// The polygon in which the plane normal · x = `offset` cuts a box, counterclockwise
+    /// as seen by an eye that looks along `normal`; duplicates fill up to six corners.
+    ///
+    /// In f32, as `vs_slice` computes it. `None` in place of a corner is a position that
+    /// the program leaves undefined: always where the plane misses the box, and with
+    /// [`PlaneTest::Published`] also where rounding hides the edge that is cut. `offset`
+    /// and `normal · x` are in the unit of `normal` times the box's.
+    pub fn polygon(&self, corners: &Corners, offset: f32) -> [Option<Vec3>; POLYGON] {
+        self.edges.map(|tries| {
+            tries.iter().find_map(|edge| {
+                let [from, to] = edge.map(|bits| corners.places[bits as usize]);
+                let [h, k] = edge.map(|bits| corners.heights[bits as usize]);
+                let lambda = match self.test {
+                    PlaneTest::Published => self.published(to - from, offset - h),
+                    PlaneTest::Sides => sides(h, k, offset),
+                };
+                lambda.map(|lambda| from + lambda * (to - from))
+            })
         })
-    })
+    }
+
+    /// Listing 1, lines 41 to 45: λ, if the edge is cut. `ahead` is how far before the
+    /// plane the edge begins.
+    fn published(&self, along: Vec3, ahead: f32) -> Option<f32> {
+        let slope = along.dot(self.normal);
+        let lambda = if slope != 0.0 { ahead / slope } else { -1.0 };
+        (0.0..=1.0).contains(&lambda).then_some(lambda)
+    }
 }
 
-/// Listing 1, lines 38 to 48.
-fn published(from: Vec3, to: Vec3, normal: Vec3, offset: f32) -> Option<Vec3> {
-    let along = to - from;
-    let slope = along.dot(normal);
-    let lambda = if slope != 0.0 {
-        (offset - from.dot(normal)) / slope
-    } else {
-        -1.0
-    };
-    (0.0..=1.0)
-        .contains(&lambda)
-        .then_some(from + lambda * along)
-}
-
-/// An edge is cut if its ends lie on different sides. A path begins on one side and ends
-/// on the other, so one of its edges is cut, whatever rounding does to the heights.
-fn sides(from: Vec3, to: Vec3, normal: Vec3, offset: f32) -> Option<Vec3> {
-    let (h, k) = (from.dot(normal), to.dot(normal));
+/// λ, if the ends of the edge, at heights `h` and `k`, lie on different sides.
+///
+/// A path begins on one side and ends on the other, so one of its edges is cut, whatever
+/// rounding does to the heights.
+fn sides(h: f32, k: f32, offset: f32) -> Option<f32> {
     let before = |height: f32| height < offset;
-    (before(h) != before(k)).then(|| {
-        let lambda = ((offset - h) / (k - h)).clamp(0.0, 1.0);
-        from + lambda * (to - from)
-    })
+    (before(h) != before(k)).then(|| ((offset - h) / (k - h)).clamp(0.0, 1.0))
 }
 
 #[cfg(test)]

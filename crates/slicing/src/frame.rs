@@ -1,11 +1,12 @@
 //! The camera in the volume's lattice, made in f64 and rounded at the end.
 
-use tetrascope_core::glam::{DMat3, DVec3};
+use tetrascope_core::glam::{DMat3, DVec3, DVec4};
 use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, Projection, View};
 use tetrascope_gpu::Normalization;
 
 use crate::box_plane::front_corner;
+use crate::frustum::Frustum;
 use crate::gpu_data;
 use crate::octree::Viewer;
 
@@ -23,6 +24,8 @@ pub(crate) struct FrameGeometry {
     /// Everything but what depends on boxes and samples.
     uniform: gpu_data::Frame,
     pub(crate) viewer: Viewer,
+    /// What is in front of the eye and inside of the image.
+    pub(crate) frustum: Frustum,
     /// How far a box is enlarged on each side, cells.
     margin: DVec3,
     /// The optical axis, normalized units per cell along each axis.
@@ -115,6 +118,13 @@ pub(crate) fn geometry(
     let rounding = pixels / 64.0 + cells.max_element() * 1e-6 + 1e-4;
     let margin = 0.5 * step * fastest + rounding;
 
+    // Camera space from lattice space, and clip space's w.
+    let rows = [0, 1, 2].map(|i| linear.row(i).extend(shift[i]));
+    let in_front = rows[2] + DVec4::W * anchor_depth;
+    let w = if perspective { in_front } else { DVec4::W };
+    let sides = [0, 1].map(|i| [w * reach[i] - rows[i], w * reach[i] + rows[i]]);
+    let seen = sides.into_iter().flatten().chain([in_front]);
+
     let row = |i: usize| {
         let row = linear.row(i);
         [row.x as f32, row.y as f32, row.z as f32, shift[i] as f32]
@@ -169,6 +179,7 @@ pub(crate) fn geometry(
         } else {
             Viewer::Direction(along)
         },
+        frustum: Frustum::new(seen, margin),
         margin,
         forward: axis,
         step,

@@ -48,6 +48,16 @@ pub(crate) struct Box {
     pub(crate) padding_too: i32,
 }
 
+/// What `vs_polygon` takes for a vertex.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(crate) struct Corner {
+    /// Lattice space.
+    pub(crate) place: [f32; 3],
+    pub(crate) slab: i32,
+    pub(crate) box_index: u32,
+}
+
 /// The mirror of `Tables` in `box_plane.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]

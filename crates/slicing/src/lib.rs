@@ -8,13 +8,14 @@
 //! cuts the box. So boxes can be small, and those that are empty are left out.
 //!
 //! 1. [`box_plane`] has the program's tables and the program on the CPU (§4, §5); its
-//!    WGSL is `box_plane.wgsl`.
+//!    WGSL is `box_plane.wgsl`. [`Slicer::Cpu`] cuts all polygons there instead, in
+//!    `polygons`, for comparison.
 //! 2. Samples come from a [`BrickSource`](tetrascope_core::grid::BrickSource), in memory or
 //!    in a file. `voxels` keeps them in textures (§3.1), and `octree` knows their least and greatest values, box by box,
 //!    and visits boxes back to front (§6).
-//! 3. `frame` is the camera in the volume's lattice.
+//! 3. `frame` is the camera in the volume's lattice, and `frustum` what it sees of it.
 //! 4. `slice` (`slice.wgsl`) draws boxes, each an instance of one stack of polygons, and
-//!    computes what a slab adds to a pixel (§7).
+//!    computes what a slab adds to a pixel (§7). `count` counts fragments.
 //!
 //! # Departures from the paper
 //! - *A plane stands for a slab* around it, which is cut where the volume, a clip plane
@@ -31,6 +32,9 @@
 //! - *Slabs are integrated* between the samples at both ends
 //!   ([`Integration::Slabs`]); the published post-classification is
 //!   [`Integration::PostClassified`].
+//! - *Bricks are slots of one texture*, not textures of their own: one draw has them all.
+//!   Which level of the octree they are is [`SlicingOptions::brick_level`].
+//! - *Boxes outside of the image* or behind clip planes are skipped, too.
 //! - *Interpolation is in f32* ([`Filtering::Exact`]); texture units have 8 bits.
 //! - *Blending is in f32* where the device can.
 //!
@@ -39,11 +43,14 @@
 //! - What is streamed cannot be recorded into a caller's encoder.
 
 pub mod box_plane;
+mod count;
 mod frame;
+mod frustum;
 mod gpu_data;
 mod maxima;
 mod octree;
 mod options;
+mod polygons;
 mod renderer;
 mod skip;
 mod slice;
@@ -51,7 +58,7 @@ mod voxels;
 
 pub use options::{
     Filtering, Integration, Level, MAX_LEVEL, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, Phong,
-    PlaneTest, Shading, SlabEnds, SlicingOptions, StepLength, Storage,
+    PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength, Storage,
 };
 pub use renderer::Slicing;
 

@@ -4,6 +4,7 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::{BrickSource, Region, SampleType, Samples};
 use tetrascope_core::{Appearance, Error};
 
+use crate::frustum::Frustum;
 use crate::options::MAX_LEVEL;
 use crate::skip::SkipTable;
 
@@ -50,6 +51,15 @@ pub(crate) enum Viewer {
     Direction(DVec3),
 }
 
+/// What a traversal looks at.
+struct Seen<'a> {
+    visibility: &'a Visibility,
+    viewer: Viewer,
+    frustum: &'a Frustum,
+    /// The level of the boxes that are wanted.
+    last: u32,
+}
+
 /// Which boxes of each level the transfer function leaves to draw.
 #[derive(Debug)]
 pub(crate) struct Visibility {
@@ -91,7 +101,7 @@ impl Octree {
 
     /// Fills the deepest level, brick by brick, as all samples may not fit in memory.
     fn read(&mut self, source: &dyn BrickSource, reach: usize) -> Result<(), Error> {
-        let (brick_level, deepest) = (self.brick_level(), self.deepest());
+        let (brick_level, deepest) = (self.brick_level(|_| true), self.deepest());
         let bricks = self.levels[brick_level as usize].divisions;
         let per_brick = [0, 1, 2].map(|a| self.levels[deepest as usize].divisions[a] / bricks[a]);
         for brick in places(bricks) {
@@ -135,9 +145,13 @@ impl Octree {
         self.levels.len() as u32 - 1
     }
 
-    /// The first level whose boxes are small enough for bricks.
-    pub(crate) fn brick_level(&self) -> u32 {
-        let small = |level: &u32| self.box_size(*level).iter().all(|s| *s <= BRICK_CELLS);
+    /// The first level whose boxes are small enough for bricks and, by their sizes in cells,
+    /// fit.
+    pub(crate) fn brick_level(&self, fits: impl Fn([usize; 3]) -> bool) -> u32 {
+        let small = |level: &u32| {
+            let size = self.box_size(*level);
+            size.iter().all(|s| *s <= BRICK_CELLS) && fits(size)
+        };
         (0..self.deepest()).find(small).unwrap_or(self.deepest())
     }
 
@@ -220,31 +234,33 @@ impl Octree {
     }
 
     /// The visible boxes of a level, back to front: each box before all that hide parts
-    /// of it. Invisible boxes are left out with all that they contain.
+    /// of it. Boxes that are invisible or outside of `frustum` are left out with all that
+    /// they contain.
     pub(crate) fn back_to_front(
         &self,
         level: u32,
         visibility: &Visibility,
         viewer: Viewer,
+        frustum: &Frustum,
     ) -> Vec<Place> {
         let mut found = Vec::with_capacity(visibility.counts[level as usize]);
-        self.visit(0, [0; 3], level, visibility, viewer, &mut found);
+        let seen = Seen {
+            visibility,
+            viewer,
+            frustum,
+            last: level,
+        };
+        self.visit(0, [0; 3], &seen, &mut found);
         found
     }
 
-    fn visit(
-        &self,
-        level: u32,
-        place: Place,
-        last: u32,
-        visibility: &Visibility,
-        viewer: Viewer,
-        found: &mut Vec<Place>,
-    ) {
-        if !visibility.levels[level as usize][self.index(level, place)] {
+    fn visit(&self, level: u32, place: Place, seen: &Seen, found: &mut Vec<Place>) {
+        let shows = seen.visibility.contains(level, self.index(level, place));
+        let (low, size) = (self.low(level, place), self.box_size(level));
+        if !shows || !seen.frustum.shows(low, size) {
             return;
         }
-        if level == last {
+        if level == seen.last {
             found.push(place);
             return;
         }
@@ -255,7 +271,7 @@ impl Octree {
                 return [place[a]; 2];
             }
             let (lower, upper) = (2 * place[a], 2 * place[a] + 1);
-            let upper_is_far = match viewer {
+            let upper_is_far = match seen.viewer {
                 Viewer::Eye(eye) => eye[a] < (upper * size[a]) as f64,
                 Viewer::Direction(direction) => direction[a] > 0.0,
             };
@@ -273,7 +289,7 @@ impl Octree {
         for z in each(2) {
             for y in each(1) {
                 for x in each(0) {
-                    self.visit(level + 1, [*x, *y, *z], last, visibility, viewer, found);
+                    self.visit(level + 1, [*x, *y, *z], seen, found);
                 }
             }
         }

@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use tetrascope_core::appearance::ClipPlane;
+use tetrascope_core::glam::Vec4;
 use tetrascope_core::grid::{BrickSource, Lattice, SampleType};
 use tetrascope_core::{Appearance, Error, Frame, FrameStats, View, Volume, VolumeRenderer};
 use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
@@ -14,11 +15,14 @@ use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, timer};
 
 use crate::ABILITIES;
 use crate::NAME;
+use crate::box_plane::POLYGON;
+use crate::count::{self, FragmentCounter};
 use crate::frame::{FrameGeometry, geometry};
 use crate::gpu_data;
 use crate::octree::{Octree, Place, Visibility};
-use crate::options::{Filtering, Level, SlicingOptions};
-use crate::slice::{Look, SliceData, SliceFrame, SlicePass};
+use crate::options::{Filtering, Level, Slicer, SlicingOptions};
+use crate::polygons::Polygons;
+use crate::slice::{Look, Shape, SliceData, SliceFrame, SlicePass};
 use crate::voxels::{Scale, Voxels};
 
 /// Pipelines and the uploaded grid.
@@ -43,6 +47,8 @@ struct Scene {
     voxels: Arc<Voxels>,
     intervals: wgpu::Buffer,
     clip_planes: wgpu::Buffer,
+    /// The same, normal · p + w ≥ 0 in lattice space.
+    kept: Vec<Vec4>,
     slice: SliceData,
     resolve: [ResolvePass; 2],
 }
@@ -61,6 +67,13 @@ struct Samples {
 enum To {
     Target,
     ReadBack,
+}
+
+/// What is measured while a frame is drawn, where the device can.
+#[derive(Default)]
+struct Measures {
+    timer: Option<Timer>,
+    fragments: Option<FragmentCounter>,
 }
 
 const READ_BACK_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
@@ -146,7 +159,7 @@ impl Slicing {
         encoder: &mut wgpu::CommandEncoder,
         view: &View,
         (target, to): (&wgpu::TextureView, To),
-        timer: Option<&Timer>,
+        measures: Option<&mut Measures>,
     ) -> Result<FrameStats, Error> {
         view.validate()?;
         let (gpu, scene) = (&self.gpu, &self.scene);
@@ -162,9 +175,14 @@ impl Slicing {
                 .batches(&scene.volume.octree, plan.level, &plan.boxes),
             None => Vec::new(),
         };
+        let (mut timer, mut counter) = (None, None);
+        if let Some(measures) = measures {
+            measures.fragments = FragmentCounter::new(gpu, ends.len())?;
+            (timer, counter) = (measures.timer.as_ref(), measures.fragments.as_ref());
+        }
         let mut times = timer.map(Timer::first_render_pass);
         let mut first = 0;
-        for end in ends {
+        for (index, end) in (0..).zip(ends) {
             let Some(plan) = &mut plan else { break };
             if first > 0 {
                 // The device must be done with the slots before they are filled again.
@@ -181,9 +199,10 @@ impl Slicing {
                     frame,
                     slice,
                     boxes,
-                    first == 0,
+                    index,
                     &gathered,
                     times.take(),
+                    counter,
                 );
             })?;
             plan.stats.passes += 1;
@@ -254,7 +273,10 @@ impl Slicing {
         };
         let level = self.level(&geometry);
         let size = octree.box_size(level);
-        let boxes = octree.back_to_front(level, &scene.visibility, geometry.viewer);
+        let mut frustum = geometry.frustum.clone();
+        frustum.planes.extend(&scene.kept);
+        let visibility = &scene.visibility;
+        let boxes = octree.back_to_front(level, visibility, geometry.viewer, &frustum);
         if boxes.is_empty() {
             return Ok(None);
         }
@@ -266,18 +288,32 @@ impl Slicing {
             clip_plane_count: scene.appearance.clip_planes.len() as u32,
             ..geometry.uniform(size)
         };
-        let slabs = geometry.slabs_per_box(size);
-        let uniform = gpu.upload("slicing::frame", &[uniform], BufferUsages::UNIFORM)?;
-        let data = self.boxes(level, &boxes);
-        let data = gpu.upload("slicing::boxes", &data, BufferUsages::STORAGE)?;
-        let frame = self
-            .pass
-            .frame(gpu, &uniform, data, &scene.clip_planes, slabs)?;
         let mut stats = self.stats();
         let drawn = boxes.len() as u64;
+        let data = self.boxes(level, &boxes);
+        let mut sent = (size_of_val(&uniform) + size_of_val(&data[..])) as u64;
+        let shape = match self.options.slicer {
+            Slicer::VertexProgram => {
+                let slabs = uniform.slabs_per_box;
+                stats.vertices = Some(drawn * u64::from(slabs) * POLYGON as u64);
+                self.pass.stacks(gpu, slabs)?
+            }
+            Slicer::Cpu => {
+                let lows = boxes.iter().map(|place| octree.low(level, *place));
+                let limit = gpu.limits().max_buffer_size;
+                let polygons = Polygons::cut(&uniform, self.options.plane_test, lows, limit)?;
+                stats.vertices = Some(polygons.corners.len() as u64);
+                sent += polygons.bytes();
+                Shape::of(gpu, polygons)?
+            }
+        };
+        let uniform = gpu.upload("slicing::frame", &[uniform], BufferUsages::UNIFORM)?;
+        let data = gpu.upload("slicing::boxes", &data, BufferUsages::STORAGE)?;
+        let planes = &scene.clip_planes;
+        let frame = self.pass.frame(gpu, &uniform, data, planes, shape)?;
+        stats.geometry_bytes = Some(sent);
         stats.bricks_drawn = Some(drawn);
         stats.bricks_skipped = Some(octree.box_count(level) as u64 - drawn);
-        stats.vertices = Some(drawn * u64::from(slabs) * crate::box_plane::POLYGON as u64);
         Ok(Some(Plan {
             frame,
             level,
@@ -433,17 +469,27 @@ impl VolumeRenderer for Slicing {
         let size = (view.width, view.height);
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
         let target = gpu.texture("to read back", size, READ_BACK_FORMAT, usage)?;
-        let timer = Timer::new(gpu)?;
+        let mut measures = Measures {
+            timer: Timer::new(gpu)?,
+            fragments: None,
+        };
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let target_view = target.create_view(&Default::default());
         let to = (&target_view, To::ReadBack);
-        let mut stats = self.record(&mut encoder, view, to, timer.as_ref())?;
+        let mut stats = self.record(&mut encoder, view, to, Some(&mut measures))?;
         let pixels = read_back(gpu, &mut encoder, Source::Texture(&target))?;
+        let Measures { timer, fragments } = measures;
         let times = timer.map(|t| t.resolve(gpu, &mut encoder)).transpose()?;
+        let counts = fragments
+            .map(|f| f.resolve(gpu, &mut encoder))
+            .transpose()?;
         gpu.finish(encoder)?;
         let pixels = pixels.read()?;
         if let Some(times) = times {
             stats.gpu_seconds = timer::seconds(gpu, times)?;
+        }
+        if let Some(counts) = counts {
+            stats.fragments = Some(count::total(counts)?);
         }
         stats.cpu_seconds = start.elapsed().as_secs_f64();
         Ok(Frame::new((view.width, view.height), pixels, stats))
@@ -500,6 +546,7 @@ impl Parts<'_> {
             scale: Scale::of(voxels.texels, volume.source.sample_type(), tf),
             appearance: appearance.clone(),
             clip_planes: gpu.upload("slicing::clip_planes", &planes, BufferUsages::STORAGE)?,
+            kept: planes.into_iter().map(Vec4::from_array).collect(),
             resolve: [resolve, resolve_read_back],
             intervals: knots,
             volume,

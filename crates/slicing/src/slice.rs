@@ -12,10 +12,12 @@ use tetrascope_gpu::passes::{
 use tetrascope_gpu::wgpu::{self, BindingType, BufferUsages, ShaderStages};
 
 use crate::box_plane::{POLYGON, edges, sequence};
-use crate::gpu_data::{Box, Tables};
+use crate::count::FragmentCounter;
+use crate::gpu_data::{Box, Corner, Tables};
 use crate::options::{
-    Integration, Phong, PlaneTest, Shading, SlabEnds, SlicingOptions, StepLength,
+    Integration, Phong, PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength,
 };
+use crate::polygons::Polygons;
 use crate::voxels::Voxels;
 
 const LABEL: &str = "slicing::slice";
@@ -40,8 +42,23 @@ pub(crate) struct SliceData {
 pub(crate) struct SliceFrame {
     group: wgpu::BindGroup,
     boxes: wgpu::Buffer,
-    indices: wgpu::Buffer,
-    index_count: u32,
+    shape: Shape,
+}
+
+/// What is drawn for boxes.
+pub(crate) enum Shape {
+    /// A stack of polygons an instance, for the vertex program.
+    Stack {
+        indices: wgpu::Buffer,
+        index_count: u32,
+    },
+    /// Polygons as the CPU has cut them.
+    Polygons {
+        corners: wgpu::Buffer,
+        indices: wgpu::Buffer,
+        /// How many indices there are up to the end of each box.
+        ends: Vec<u32>,
+    },
 }
 
 /// What the pipeline of an appearance depends on.
@@ -119,6 +136,15 @@ impl SlicePass {
         let module = module(gpu, LABEL, voxels.texels.program);
         let yes = |condition: bool| f64::from(u8::from(condition));
         let by_sides = [("BY_SIDES", yes(options.plane_test == PlaneTest::Sides))];
+        let corner = wgpu::VertexBufferLayout {
+            array_stride: size_of::<Corner>() as u64,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Sint32, 2 => Uint32],
+        };
+        let (entry_point, constants_of_vertices, buffers): (_, &[_], &[_]) = match options.slicer {
+            Slicer::VertexProgram => ("vs_slice", &by_sides, &[]),
+            Slicer::Cpu => ("vs_polygon", &[], &[Some(corner)]),
+        };
         let phong = match options.shading {
             Shading::Phong(phong) => phong,
             Shading::None => Phong::default(),
@@ -147,9 +173,9 @@ impl SlicePass {
                 layout: Some(&pipeline_layout(gpu, LABEL, &layouts)),
                 vertex: wgpu::VertexState {
                     module: &module,
-                    entry_point: Some("vs_slice"),
-                    compilation_options: with(&by_sides),
-                    buffers: &[],
+                    entry_point: Some(entry_point),
+                    compilation_options: with(constants_of_vertices),
+                    buffers,
                 },
                 // Both windings: a grid's axes may be left-handed.
                 primitive: wgpu::PrimitiveState {
@@ -173,32 +199,38 @@ impl SlicePass {
             })
     }
 
-    /// What a frame is drawn with, from its buffers; `slabs_per_box` as in the uniform.
+    /// Stacks of as many polygons as the uniform's `slabs_per_box`.
+    pub(crate) fn stacks(&self, gpu: &Gpu, slabs_per_box: u32) -> Result<Shape, Error> {
+        let mut kept = self.stack.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.0 < slabs_per_box {
+            let polygons = slabs_per_box.next_power_of_two();
+            *kept = (polygons, stack(gpu, polygons)?);
+        }
+        Ok(Shape::Stack {
+            indices: kept.1.clone(),
+            index_count: slabs_per_box * TRIANGLES.len() as u32,
+        })
+    }
+
+    /// What a frame is drawn with, from its buffers.
     pub(crate) fn frame(
         &self,
         gpu: &Gpu,
         uniform: &wgpu::Buffer,
         boxes: wgpu::Buffer,
         clip_planes: &wgpu::Buffer,
-        slabs_per_box: u32,
+        shape: Shape,
     ) -> Result<SliceFrame, Error> {
-        let mut kept = self.stack.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.0 < slabs_per_box {
-            let polygons = slabs_per_box.next_power_of_two();
-            *kept = (polygons, stack(gpu, polygons)?);
-        }
-        let indices = kept.1.clone();
         let buffers = [uniform, &boxes, clip_planes, &self.tables].map(|b| b.as_entire_binding());
         Ok(SliceFrame {
             group: gpu.checked(LABEL, 0, || group(gpu, LABEL, &self.frame_layout, &buffers))?,
             boxes,
-            indices,
-            index_count: slabs_per_box * TRIANGLES.len() as u32,
+            shape,
         })
     }
 
-    /// Records one instanced draw of some of the frame's boxes into `gathered`, over what
-    /// is there unless they are the `first`.
+    /// Records one draw of some of the frame's boxes into `gathered`, over what is there
+    /// unless they are the first. The draw is number `index` of the frame.
     #[expect(
         clippy::too_many_arguments,
         reason = "each is a different thing of a pass"
@@ -209,11 +241,12 @@ impl SlicePass {
         frame: &SliceFrame,
         data: &SliceData,
         boxes: Range<u32>,
-        first: bool,
+        index: u32,
         gathered: &wgpu::TextureView,
         timestamps: Option<wgpu::RenderPassTimestampWrites>,
+        counter: Option<&FragmentCounter>,
     ) {
-        let load = if first {
+        let load = if index == 0 {
             wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT)
         } else {
             wgpu::LoadOp::Load
@@ -235,8 +268,49 @@ impl SlicePass {
         pass.set_pipeline(&data.pipeline);
         pass.set_bind_group(0, &frame.group, &[]);
         pass.set_bind_group(1, &data.volume_group, &[]);
-        pass.set_index_buffer(frame.indices.slice(..), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(0..frame.index_count, 0, boxes);
+        let draw = |pass: &mut wgpu::RenderPass| frame.shape.draw(pass, boxes);
+        match counter {
+            Some(counter) => counter.count(&mut pass, index, draw),
+            None => draw(&mut pass),
+        }
+    }
+}
+
+impl Shape {
+    /// The polygons of the CPU on the device.
+    pub(crate) fn of(gpu: &Gpu, polygons: Polygons) -> Result<Shape, Error> {
+        let (corners, indices) = (&polygons.corners, &polygons.indices);
+        Ok(Shape::Polygons {
+            corners: gpu.upload("slicing::corners", corners, BufferUsages::VERTEX)?,
+            indices: gpu.upload("slicing::triangles", indices, BufferUsages::INDEX)?,
+            ends: polygons.ends,
+        })
+    }
+
+    fn draw(&self, pass: &mut wgpu::RenderPass, boxes: Range<u32>) {
+        let of = wgpu::IndexFormat::Uint32;
+        match self {
+            Shape::Stack {
+                indices,
+                index_count,
+            } => {
+                pass.set_index_buffer(indices.slice(..), of);
+                pass.draw_indexed(0..*index_count, 0, boxes);
+            }
+            Shape::Polygons {
+                corners,
+                indices,
+                ends,
+            } => {
+                let end = |count: u32| match count {
+                    0 => 0,
+                    n => ends[n as usize - 1],
+                };
+                pass.set_vertex_buffer(0, corners.slice(..));
+                pass.set_index_buffer(indices.slice(..), of);
+                pass.draw_indexed(end(boxes.start)..end(boxes.end), 0, 0..1);
+            }
+        }
     }
 }
 

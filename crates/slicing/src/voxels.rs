@@ -12,7 +12,7 @@ use tetrascope_gpu::{Gpu, ScalarMap};
 use tetrascope_shaders::slicing::{SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED, SLICE_UNSIGNED};
 
 use crate::octree::{Octree, Place, Visibility, places};
-use crate::options::{Filtering, SlicingOptions, Storage};
+use crate::options::{Filtering, Level, SlicingOptions, Storage};
 
 /// Stored for a NaN: beyond `GAP` in `slice.wgsl`, also a small share of it.
 const GAP: f32 = 1e38;
@@ -187,7 +187,7 @@ impl Voxels {
             voxels.upload_all(gpu, source)?;
             return Ok(voxels);
         }
-        let slots = Slots::plan(gpu, octree, visibility, texels, reach, budget)?;
+        let slots = Slots::plan(gpu, octree, visibility, texels, options)?;
         let size = [0, 1, 2].map(|a| slots.size[a] * slots.along[a]);
         let bytes = size.iter().fold(texels.bytes, |n, s| n * u64::from(*s));
         let (view, texture) = make(size, bytes)?;
@@ -417,18 +417,24 @@ impl Slots {
         octree: &Octree,
         visibility: &Visibility,
         texels: Texels,
-        reach: usize,
-        budget: u64,
+        options: &SlicingOptions,
     ) -> Result<Slots, Error> {
-        let level = octree.brick_level();
-        let size = octree.box_size(level).map(|s| (s + 1 + 2 * reach) as u32);
-        let needed = visibility.count(level).max(1) as u64;
-        let bytes = size
-            .iter()
-            .try_fold(texels.bytes, |n, s| n.checked_mul(u64::from(*s)));
-        let bytes = bytes.unwrap_or(u64::MAX);
+        let (reach, budget) = (options.reach(), options.memory_budget);
+        let samples = |cells: [usize; 3]| cells.map(|s| (s + 1 + 2 * reach) as u32);
+        let bytes = |cells| {
+            let sides = samples(cells).map(u64::from).into_iter();
+            sides.fold(texels.bytes, u64::saturating_mul)
+        };
         // Half is for the copies on their way.
-        let most = (budget / 2) / bytes;
+        let room = budget / 2;
+        let level = match options.brick_level {
+            Level::Fixed(level) => level.min(octree.deepest()),
+            Level::Auto => octree.brick_level(|cells| bytes(cells) <= room),
+        };
+        let size = samples(octree.box_size(level));
+        let bytes = bytes(octree.box_size(level));
+        let needed = visibility.count(level).max(1) as u64;
+        let most = room / bytes;
         if most == 0 {
             return Err(Error::TooLarge {
                 what: format!("one brick of {size:?} samples and its copy"),

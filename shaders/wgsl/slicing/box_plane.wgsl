@@ -55,8 +55,10 @@ fn vs_slice(@builtin(vertex_index) index: u32, @builtin(instance_index) instance
                 position = from_corner + lambda * (to_corner - from_corner);
                 break;
             }
-        } else if h != k {
-            let lambda = (depth - h) / (k - h);
+        } else {
+            // Listing 1 takes the slope of the edge itself, and λ = −1 without one.
+            let slope = dot(frame.forward.xyz, to_corner - from_corner);
+            let lambda = select(-1.0, (depth - h) / slope, slope != 0.0);
             if lambda >= 0.0 && lambda <= 1.0 {
                 position = from_corner + lambda * (to_corner - from_corner);
                 break;
@@ -65,6 +67,16 @@ fn vs_slice(@builtin(vertex_index) index: u32, @builtin(instance_index) instance
     }
     out.position = clip_position(position);
     return out;
+}
+
+// A corner of a polygon that the CPU has cut.
+@vertex
+fn vs_polygon(
+    @location(0) corner: vec3f, // lattice space
+    @location(1) slab: i32,
+    @location(2) box_index: u32,
+) -> Varying {
+    return Varying(clip_position(corner), slab, box_index);
 }
 
 fn role(r: u32) -> u32 {

@@ -6,6 +6,12 @@ use tetrascope_core::glam::{DVec3, Vec3};
 
 use super::*;
 
+/// The polygon of one box and plane.
+fn polygon(cut: &SlicedBox, normal: Vec3, offset: f32, test: PlaneTest) -> [Option<Vec3>; POLYGON] {
+    let program = VertexProgram::new(normal, test);
+    program.polygon(&program.corners(cut), offset)
+}
+
 /// The cut of a box and a plane from the definition: every point where one of the twelve
 /// edges meets the plane, in order of angle around their middle.
 ///

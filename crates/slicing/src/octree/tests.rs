@@ -11,6 +11,11 @@ fn grid(dims: [usize; 3], value: impl Fn(usize, usize, usize) -> u8) -> Grid {
     grid.expect("the grid is valid")
 }
 
+/// No box is outside of it.
+fn everything() -> Frustum {
+    Frustum::default()
+}
+
 /// Opaque from `threshold` on.
 fn step(threshold: f64) -> Appearance {
     let knot = |scalar, extinction| Knot {
@@ -61,13 +66,22 @@ fn only_boxes_that_can_show_are_visited() {
     let octree = Octree::build(&source, 0).expect("it is in memory");
     let visibility = octree.visibility(&step(100.0));
     let viewer = Viewer::Direction(DVec3::ONE);
-    let found = octree.back_to_front(3, &visibility, viewer);
+    let found = octree.back_to_front(3, &visibility, viewer, &everything());
     // Sample 16 is the border of boxes 1 and 2 along x; 20 and 33 are inside.
     assert_eq!(found, [[2, 2, 4], [1, 2, 4]]);
     assert_eq!(visibility.count(3), 2);
-    assert_eq!(octree.back_to_front(0, &visibility, viewer).len(), 1);
+    assert_eq!(
+        octree
+            .back_to_front(0, &visibility, viewer, &everything())
+            .len(),
+        1
+    );
     let nothing = octree.visibility(&step(201.0));
-    assert!(octree.back_to_front(3, &nothing, viewer).is_empty());
+    assert!(
+        octree
+            .back_to_front(3, &nothing, viewer, &everything())
+            .is_empty()
+    );
 }
 
 /// On every ray, sampled finely, the boxes come in the order of the list, reversed.
@@ -85,7 +99,7 @@ fn boxes_come_back_to_front() {
     ];
     for viewer in viewers {
         for level in 0..=octree.deepest() {
-            let order = octree.back_to_front(level, &visibility, viewer);
+            let order = octree.back_to_front(level, &visibility, viewer, &everything());
             assert_eq!(order.len(), octree.box_count(level));
             let size = octree.box_size(level);
             for target in places([9, 7, 5]) {

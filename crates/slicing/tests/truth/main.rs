@@ -4,5 +4,6 @@ mod analytic;
 mod bricks;
 mod convergence;
 mod features;
+mod frames;
 mod real_data;
 mod support;

@@ -3,7 +3,7 @@
 use tetrascope_core::{Error, Volume};
 use tetrascope_slicing::{
     ABILITIES, Filtering, Integration, Level, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, NAME,
-    PlaneTest, Shading, SlabEnds, Slicing, SlicingOptions, StepLength, Storage,
+    PlaneTest, Shading, SlabEnds, Slicer, Slicing, SlicingOptions, StepLength, Storage,
 };
 
 use super::{Algorithm, choice};
@@ -58,6 +58,12 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             default: "sides",
         },
         Setting {
+            name: "slicer",
+            about: "who cuts boxes: the vertex program, or the CPU for comparison",
+            values: Values::Choice(&["vertex-program", "cpu"]),
+            default: "vertex-program",
+        },
+        Setting {
             name: "level",
             about: "boxes along an axis that are skipped if empty, as a power of 2",
             values: Values::Choice(&["auto", "0", "1", "2", "3", "4", "5", "6", "7"]),
@@ -73,6 +79,12 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             name: "storage",
             about: "one texture if it fits, or bricks with borders",
             values: Values::Choice(&["auto", "bricks"]),
+            default: "auto",
+        },
+        Setting {
+            name: "brick-level",
+            about: "bricks along an axis, as a power of 2, where samples are stored in bricks",
+            values: Values::Choice(&["auto", "0", "1", "2", "3", "4", "5", "6", "7"]),
             default: "auto",
         },
         Setting {
@@ -114,10 +126,9 @@ fn options(settings: &Settings) -> SlicingOptions {
         step_length: choice(settings, "step-length", &StepLength::ALL),
         slab_ends: choice(settings, "slab-ends", &SlabEnds::ALL),
         plane_test: choice(settings, "plane-test", &PlaneTest::ALL),
-        level: match settings.get("level") {
-            "auto" => Level::Auto,
-            level => Level::Fixed(level.parse().expect("the entry lists numbers")),
-        },
+        slicer: choice(settings, "slicer", &Slicer::ALL),
+        level: level(settings, "level"),
+        brick_level: level(settings, "brick-level"),
         shading: match settings.get("shading") {
             "phong" => Shading::Phong(Default::default()),
             _ => Shading::None,
@@ -125,6 +136,13 @@ fn options(settings: &Settings) -> SlicingOptions {
         storage: choice(settings, "storage", &Storage::ALL),
         memory_budget: (settings.integer("budget") as u64) << 20,
         ..SlicingOptions::default()
+    }
+}
+
+fn level(settings: &Settings, name: &str) -> Level {
+    match settings.get(name) {
+        "auto" => Level::Auto,
+        level => Level::Fixed(level.parse().expect("the entry lists numbers")),
     }
 }
 
@@ -150,12 +168,15 @@ mod tests {
         assert_eq!(offered("slab-ends"), words(&SlabEnds::ALL));
         assert_eq!(offered("plane-test"), words(&PlaneTest::ALL));
         assert_eq!(offered("storage"), words(&Storage::ALL));
+        assert_eq!(offered("slicer"), words(&Slicer::ALL));
         let defaults = Settings::defaults(&ALGORITHM);
         assert_eq!(options(&defaults), SlicingOptions::default());
-        for level in offered("level") {
-            let pair = format!("level={level}");
-            let settings = Settings::parse(&ALGORITHM, [pair.as_str()]).expect("listed");
-            options(&settings).validate().expect("every level is valid");
+        for name in ["level", "brick-level"] {
+            for level in offered(name) {
+                let pair = format!("{name}={level}");
+                let settings = Settings::parse(&ALGORITHM, [pair.as_str()]).expect("listed");
+                options(&settings).validate().expect("every level is valid");
+            }
         }
     }
 }
