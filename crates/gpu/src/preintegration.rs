@@ -16,6 +16,10 @@
 //! - *The length* goes from 0 to the longest edge in the volume, the most that a ray can
 //!   have in a tetrahedron. Only integrals that are not linear in it have this axis.
 //!
+//! [`Integration::TableFixed`] is the exception to both: no axis is a length, and the
+//! scalars go from the field's least to its greatest, as a part of a segment outside of the
+//! table would need a length of its own.
+//!
 //! # Errors
 //! Interpolation is linear, so its error is of second order in the distance of the samples
 //! where the integral is smooth (measured: 2.00), and its root mean square of about first
@@ -31,7 +35,8 @@
 //! filter is in f32 and agrees to 4e-6, 2²¹ lookups in 128³ samples take 0.36 s by the
 //! texture unit and 0.6 s by hand.
 
-use tetrascope_core::{Error, OpticalModel};
+use tetrascope_core::mesh::FACES;
+use tetrascope_core::{Error, OpticalModel, TetMesh};
 use wgpu::{BindingType, BufferUsages, TextureFormat, TextureUsages};
 
 use crate::passes::{READ, group, layout, model_constant, module, pipeline_layout};
@@ -58,18 +63,34 @@ pub enum Integration {
         /// Samples along each axis, from 2 to [`Integration::MOST_3D`].
         n: u32,
     },
+    /// From a table over the scalars at both ends, of light and opacity of a segment of one
+    /// length, which every segment is taken to have: Bernardon et al. 2004, §3.2, "an
+    /// alternate 2D LUT table can be used instead if we assume a fixed distance value".
+    ///
+    /// They do not say which value. Here it is the mean length of a line in a cell
+    /// ([`mean_chord`]), with which the optical depth of a homogeneous volume is right on
+    /// average over all lines; on one line of k cells of length l it is k · mean / l times
+    /// what it should be, and no finer table mends that. A maximum knows no length and
+    /// gets the table of [`Integration::Table2d`].
+    TableFixed {
+        /// Samples along each axis, from 2 to [`Integration::MOST_2D`].
+        n: u32,
+    },
 }
 
 /// An [`Integration`] of so many samples a side.
-type OfSide = fn(u32) -> Integration;
+pub type OfSide = fn(u32) -> Integration;
 
 impl Integration {
-    /// Every choice with its name, made for a number of samples a side.
+    /// The choices of every renderer with their names, made for a number of samples a side.
     pub const ALL: [(&'static str, OfSide); 3] = [
         ("exact", |_| Integration::Exact),
         ("table-2d", |n| Integration::Table2d { n }),
         ("table-3d", |n| Integration::Table3d { n }),
     ];
+
+    /// One more, of renderers that follow rays.
+    pub const FIXED: (&'static str, OfSide) = ("table-2d-fixed", |n| Integration::TableFixed { n });
 
     /// The most samples a side of a table with two axes: 64 MiB.
     pub const MOST_2D: u32 = 2048;
@@ -87,10 +108,19 @@ impl Integration {
             // Surfaces have no integral.
             _ if model == OpticalModel::Isosurfaces => None,
             Integration::Exact => None,
-            Integration::Table2d { n } => Some((n, 2)),
+            Integration::Table2d { n } | Integration::TableFixed { n } => Some((n, 2)),
             Integration::Table3d { n } if linear => Some((n, 2)),
             Integration::Table3d { n } => Some((n, 3)),
         }
+    }
+
+    /// Whether each segment of `model` is taken to have one length.
+    fn is_fixed(self, model: OpticalModel) -> bool {
+        let lengthless = matches!(
+            model,
+            OpticalModel::MaximumIntensity | OpticalModel::Isosurfaces
+        );
+        matches!(self, Integration::TableFixed { .. }) && !lengthless
     }
 
     /// Whether `model` can be drawn like this by `renderer`, on a device whose textures
@@ -102,10 +132,13 @@ impl Integration {
     fn check(self, renderer: &'static str, model: OpticalModel, limit: u32) -> Result<(), Error> {
         let most = match self {
             Integration::Exact => return Ok(()),
-            Integration::Table2d { .. } => Integration::MOST_2D,
+            Integration::Table2d { .. } | Integration::TableFixed { .. } => Integration::MOST_2D,
             Integration::Table3d { .. } => Integration::MOST_3D,
         };
-        let (Integration::Table2d { n } | Integration::Table3d { n }) = self else {
+        let (Integration::Table2d { n }
+        | Integration::Table3d { n }
+        | Integration::TableFixed { n }) = self
+        else {
             return Ok(());
         };
         if n < 2 {
@@ -135,8 +168,8 @@ impl Integration {
             return Err(Error::Unsupported {
                 renderer,
                 what: "emission and absorption from a table with two axes".into(),
-                reason: "the integral is not linear in a segment's length; a table with three \
-                         axes has that as well"
+                reason: "the integral is not linear in a segment's length; table-3d has the \
+                         length as well, table-2d-fixed takes all for equally long"
                     .into(),
             });
         }
@@ -155,16 +188,101 @@ pub struct Source<'a> {
     pub intervals: &'a [Interval],
     /// The longest segment that there can be, normalized.
     pub longest: f32,
+    /// What [`Integration::TableFixed`] needs; without it that is unsupported.
+    pub fixed: Option<Fixed>,
+}
+
+/// Segments that are all taken for equally long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fixed {
+    /// Normalized.
+    pub length: f32,
+    /// The field's least and greatest scalar, in the unit of the intervals: the table's axes.
+    pub scalars: (f32, f32),
+}
+
+impl Source<'_> {
+    /// Samples along an axis and how many axes, the scalars at their ends, and the length
+    /// that a table knows.
+    fn axes(&self) -> Axes {
+        let fixed = self.fixed.filter(|_| self.integration.is_fixed(self.model));
+        let shape = self.integration.shape(self.model).unwrap_or((1, 0));
+        let first = self.intervals.first().map_or(0.0, |i| i.high);
+        let last = self.intervals.last().map_or(1.0, |i| i.low);
+        Axes {
+            shape,
+            fixed: fixed.is_some(),
+            scalars: fixed.map_or((first, last), |fixed| fixed.scalars),
+            length: match (fixed, shape.1) {
+                (Some(fixed), _) => fixed.length,
+                // Chords in f32 may exceed the longest edge by a few roundings.
+                (None, 3) => self.longest * (1.0 + 1e-6),
+                (None, _) => 1.0,
+            },
+        }
+    }
+}
+
+/// The mean length of a line in a cell of `mesh`, over all lines that meet it and all
+/// cells, each as often as lines meet it; in world units, 0 for a mesh without cells.
+///
+/// 4 Σ V / Σ S of the cells' volumes and surfaces (Cauchy and Crofton: a convex body's mean
+/// chord is 4 V / S, and lines meet it in proportion to S).
+pub fn mean_chord(mesh: &TetMesh) -> f64 {
+    let (mut volumes, mut surfaces) = (0.0, 0.0);
+    for cell in 0..mesh.cell_count() {
+        let points = mesh.cell_points(cell);
+        let [p, q, r] = [1, 2, 3].map(|i| points[i] - points[0]);
+        volumes += p.cross(q).dot(r).abs() / 6.0;
+        surfaces += FACES
+            .iter()
+            .map(|face| {
+                let [a, b, c] = face.map(|corner| points[corner]);
+                (b - a).cross(c - a).length() / 2.0
+            })
+            .sum::<f64>();
+    }
+    if surfaces > 0.0 {
+        4.0 * volumes / surfaces
+    } else {
+        0.0
+    }
+}
+
+/// What a table's places stand for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Axes {
+    /// Samples along an axis, and how many axes; 0 axes where there is no table.
+    shape: (u32, u32),
+    /// Whether all segments have one length.
+    fixed: bool,
+    /// At the ends of the first two axes.
+    scalars: (f32, f32),
+    /// At the end of the third axis, or of every segment.
+    length: f32,
+}
+
+impl Axes {
+    /// The constants of `axes.wgsl`.
+    fn constants(&self) -> [(&'static str, f64); 6] {
+        let (side, axes) = self.shape;
+        [
+            ("TABLE_AXES", axes.into()),
+            ("TABLE_SIDE", side.max(2).into()),
+            ("TABLE_LOW", self.scalars.0.into()),
+            ("TABLE_HIGH", self.scalars.1.into()),
+            ("TABLE_LENGTH", f64::from(self.length).max(1e-30)),
+            ("TABLE_IS_FIXED", f64::from(u8::from(self.fixed))),
+        ]
+    }
 }
 
 /// A table on the device, or none for [`Integration::Exact`]. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Table {
-    /// Samples along an axis, and how many axes; 0 axes where there is none.
-    shape: (u32, u32),
+    axes: Axes,
     model: OpticalModel,
     intervals: Vec<Interval>,
-    longest: f32,
     texture: wgpu::Texture,
     view: wgpu::TextureView,
 }
@@ -185,14 +303,21 @@ impl Table {
             integration,
             model,
             intervals,
-            longest,
+            ..
         } = *source;
         integration.check(renderer, model, gpu.limits().max_texture_dimension_3d)?;
+        if integration.is_fixed(model) && source.fixed.is_none() {
+            return Err(Error::Unsupported {
+                renderer,
+                what: "segments that are all taken for equally long".into(),
+                reason: "its fragments are of any length; raycast-peel has this table".into(),
+            });
+        }
         let format = match model {
             OpticalModel::Absorption => TextureFormat::R32Float,
             _ => TextureFormat::Rgba32Float,
         };
-        let (side, axes) = integration.shape(model).unwrap_or((1, 0));
+        let (side, axes) = source.axes().shape;
         let size = wgpu::Extent3d {
             width: side,
             height: side,
@@ -203,11 +328,9 @@ impl Table {
             | TextureUsages::COPY_SRC;
         let texture = gpu.texture_3d("the table of integrals", size, format, usage)?;
         let table = Table {
-            shape: (side, axes),
+            axes: source.axes(),
             model,
             intervals: intervals.to_vec(),
-            // Chords in f32 may exceed the longest edge by a few roundings.
-            longest: longest * (1.0 + 1e-6),
             view: texture.create_view(&Default::default()),
             texture,
         };
@@ -224,12 +347,10 @@ impl Table {
         renderer: &'static str,
         source: &Source,
     ) -> Result<Table, Error> {
-        let shape = source.integration.shape(source.model).unwrap_or((1, 0));
-        let unused = shape.1 == 0 && self.shape.1 == 0;
-        let same = self.shape == shape
-            && self.model == source.model
-            && self.intervals == source.intervals
-            && (shape.1 == 2 || self.longest == source.longest * (1.0 + 1e-6));
+        let axes = source.axes();
+        let unused = axes.shape.1 == 0 && self.axes.shape.1 == 0;
+        let same =
+            self.axes == axes && self.model == source.model && self.intervals == source.intervals;
         if unused || same {
             return Ok(self.clone());
         }
@@ -238,11 +359,14 @@ impl Table {
 
     /// The constants of `lookup.wgsl` for a volume whose scalars, in the unit of the
     /// intervals, go from `low` to `high`.
-    pub fn constants(&self, (low, high): (f32, f32)) -> [(&'static str, f64); 6] {
-        let [axes, side, from, to, length] = self.axes();
-        let left = f64::from(low) < from.1 || f64::from(high) > to.1;
-        let left = ("TABLE_IS_LEFT", f64::from(u8::from(left)));
-        [axes, side, from, to, length, left]
+    pub fn constants(&self, (low, high): (f32, f32)) -> [(&'static str, f64); 7] {
+        let [axes, side, from, to, length, fixed] = self.axes.constants();
+        let left = low < self.axes.scalars.0 || high > self.axes.scalars.1;
+        let left = (
+            "TABLE_IS_LEFT",
+            f64::from(u8::from(left && !self.axes.fixed)),
+        );
+        [axes, side, from, to, length, fixed, left]
     }
 
     /// What shaders bind as [`TABLE`].
@@ -257,7 +381,7 @@ impl Table {
 
     /// Bytes on the device, 0 where there is no table.
     pub fn bytes(&self) -> u64 {
-        let (side, axes) = self.shape;
+        let (side, axes) = self.axes.shape;
         let texel = u64::from(self.texture.format().block_copy_size(None).unwrap_or(16));
         match axes {
             0 => 0,
@@ -265,25 +389,11 @@ impl Table {
         }
     }
 
-    /// The constants of `axes.wgsl`.
-    fn axes(&self) -> [(&'static str, f64); 5] {
-        let (side, axes) = self.shape;
-        let first = self.intervals.first().map_or(0.0, |i| i.high);
-        let last = self.intervals.last().map_or(1.0, |i| i.low);
-        [
-            ("TABLE_AXES", axes.into()),
-            ("TABLE_SIDE", side.max(2).into()),
-            ("TABLE_LOW", first.into()),
-            ("TABLE_HIGH", last.into()),
-            ("TABLE_LENGTH", f64::from(self.longest).max(1e-30)),
-        ]
-    }
-
     /// A bound of the optical depth of any entry.
     fn deepest(&self) -> f64 {
         let ends = self.intervals.iter().flat_map(|i| [i.at_low, i.at_high]);
         let densest = ends.map(|[.., extinction]| extinction).fold(0.0, f32::max);
-        (f64::from(densest) * f64::from(self.longest) * (1.0 + 1e-5)).min(1e30)
+        (f64::from(densest) * f64::from(self.axes.length) * (1.0 + 1e-5)).min(1e30)
     }
 
     fn fill(&self, gpu: &Gpu) -> Result<(), Error> {
@@ -302,7 +412,7 @@ impl Table {
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         gpu.checked(label, 0, || {
             let layout = layout(gpu, label, wgpu::ShaderStages::COMPUTE, &[READ, storage]);
-            let mut constants = self.axes().to_vec();
+            let mut constants = self.axes.constants().to_vec();
             constants.push(model_constant(self.model));
             constants.push(("DEEPEST", self.deepest()));
             let pipeline = gpu
@@ -326,7 +436,7 @@ impl Table {
             });
             pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &group, &[]);
-            let tiles = self.shape.0.div_ceil(8);
+            let tiles = self.axes.shape.0.div_ceil(8);
             pass.dispatch_workgroups(tiles, tiles, self.texture.depth_or_array_layers());
         })?;
         // What goes wrong is to be known here, and the time is this table's.

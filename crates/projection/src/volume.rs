@@ -208,6 +208,7 @@ impl Look {
             model: appearance.optical_model,
             intervals: &intervals,
             longest: geometry.longest,
+            fixed: None,
         };
         let table = match table {
             Some(table) => table.renewed(gpu, NAME, &source)?,

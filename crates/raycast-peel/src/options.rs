@@ -2,6 +2,7 @@
 
 use tetrascope_core::Error;
 pub use tetrascope_gpu::Integration;
+use tetrascope_gpu::preintegration::OfSide;
 
 pub use crate::layout::Locality;
 
@@ -50,6 +51,12 @@ impl Passes {
     pub const ALL: [(&'static str, Passes); 2] =
         [("single", Passes::Single), ("ping-pong", Passes::PingPong)];
 }
+
+/// Every integration, with its name in settings.
+pub const INTEGRATIONS: [(&str, OfSide); 4] = {
+    let [exact, two, three] = Integration::ALL;
+    [exact, two, Integration::FIXED, three]
+};
 
 /// The most tiles along a side of the image.
 pub const MAX_TILES: u32 = 8;

@@ -21,7 +21,7 @@ use tetrascope_gpu::{Gpu, Integration, ScalarMap};
 
 use crate::options::RaycastOptions;
 use crate::renderer::tetrahedra;
-use crate::single::{deepest, mapped_range, table};
+use crate::single::{Segments, deepest, mapped_range, table};
 use mesh::Mesh;
 use passes::{Passes, StyledPasses};
 
@@ -60,19 +60,20 @@ impl Style {
         );
         let per_cell = mesh.source.scalars().association == Association::Cell;
         let model = model_constant(appearance.optical_model);
-        let table = table(
-            gpu,
-            appearance,
-            (&intervals, mesh.longest_edge),
-            options,
-            last,
-        )?;
+        let segments = Segments {
+            mesh: &mesh.source,
+            scale: mesh.normalization.scale,
+            intervals: &intervals,
+            longest: mesh.longest_edge,
+            scalars: mapped_range(&mesh.source, &mesh.scalar_map),
+        };
+        let table = table(gpu, appearance, &segments, options, last)?;
         let mut constants = vec![
             model,
             ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
             ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
         ];
-        constants.extend(table.constants(mapped_range(&mesh.source, &mesh.scalar_map)));
+        constants.extend(table.constants(segments.scalars));
         Ok(Style {
             appearance: appearance.clone(),
             passes: passes.styled(gpu, &constants, &[model])?,

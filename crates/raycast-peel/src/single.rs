@@ -10,7 +10,7 @@ use tetrascope_core::{
 use tetrascope_gpu::look::{look, look_constants};
 use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
 use tetrascope_gpu::passes::model_constant;
-use tetrascope_gpu::preintegration::{self, Table};
+use tetrascope_gpu::preintegration::{self, Table, mean_chord};
 use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, sides, timer};
@@ -65,15 +65,16 @@ impl Style {
             &mesh.scalar_map,
             &mesh.normalization,
         );
-        let table = table(
-            gpu,
-            appearance,
-            (&intervals, mesh.longest_edge),
-            options,
-            last,
-        )?;
+        let segments = Segments {
+            mesh: &mesh.source,
+            scale: mesh.normalization.scale,
+            intervals: &intervals,
+            longest: mesh.longest_edge,
+            scalars: mapped_range(&mesh.source, &mesh.scalar_map),
+        };
+        let table = table(gpu, appearance, &segments, options, last)?;
         let mut constants = constants(gpu, mesh, appearance, &intervals, options)?;
-        constants.extend(table.constants(mapped_range(&mesh.source, &mesh.scalar_map)));
+        constants.extend(table.constants(segments.scalars));
         let pipeline = gpu.checked("raycast-peel::cast", 0, || {
             let module = gpu
                 .device()
@@ -109,11 +110,23 @@ impl Style {
     }
 }
 
+/// What a table is to hold.
+pub(crate) struct Segments<'a> {
+    pub(crate) mesh: &'a TetMesh,
+    /// World units in a normalized unit.
+    pub(crate) scale: f64,
+    pub(crate) intervals: &'a [Interval],
+    /// The longest that there can be, normalized.
+    pub(crate) longest: f32,
+    /// The least and the greatest scalar, mapped.
+    pub(crate) scalars: (f32, f32),
+}
+
 /// The table that the options ask for: `last` if that is it.
 pub(crate) fn table(
     gpu: &Gpu,
     appearance: &Appearance,
-    (intervals, longest): (&[Interval], f32),
+    segments: &Segments,
     options: &RaycastOptions,
     last: Option<&Table>,
 ) -> Result<Table, Error> {
@@ -129,11 +142,17 @@ pub(crate) fn table(
             reason: "the cue differs from place to place, the table does not".into(),
         });
     }
+    let fixed = || preintegration::Fixed {
+        length: (mean_chord(segments.mesh) / segments.scale) as f32,
+        scalars: segments.scalars,
+    };
+    let is_fixed = matches!(integration, Integration::TableFixed { .. });
     let source = preintegration::Source {
         integration,
         model,
-        intervals,
-        longest,
+        intervals: segments.intervals,
+        longest: segments.longest,
+        fixed: is_fixed.then(fixed),
     };
     match last {
         Some(last) => last.renewed(gpu, NAME, &source),

@@ -13,3 +13,11 @@ override TABLE_LOW: f32 = 0.0;
 override TABLE_HIGH: f32 = 1.0;
 // The length at the end of the third, normalized; it begins with 0.
 override TABLE_LENGTH: f32 = 1.0;
+// Whether every segment is taken for as long as that, and entries are of light and
+// opacity; then there are two axes (Bernardon et al. 2004, 3.2).
+override TABLE_IS_FIXED: bool = false;
+
+// Whether entries are of light and opacity, and not of what grows with the length.
+fn has_opacities() -> bool {
+    return TABLE_AXES == 3u || TABLE_IS_FIXED;
+}

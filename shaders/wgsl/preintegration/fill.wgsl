@@ -22,12 +22,13 @@ fn cs_fill(@builtin(global_invocation_id) at: vec3u) {
     let last = f32(TABLE_SIDE - 1u);
     let front = scalar_at(at.x, last);
     let back = scalar_at(at.y, last);
-    if TABLE_AXES == 2u {
+    if !has_opacities() {
         // Of unit length: light, optical depth, or the greatest color.
         put(at, integrate(front, back, 1.0));
         return;
     }
-    let sum = integrate(front, back, TABLE_LENGTH * (f32(at.z) / last));
+    let length = select(TABLE_LENGTH * (f32(at.z) / last), TABLE_LENGTH, TABLE_IS_FIXED);
+    let sum = integrate(front, back, length);
     put(at, vec4f(sum.xyz, opacity(sum.w)));
 }
 

@@ -37,7 +37,7 @@ fn segment(front: f32, back: f32, length: f32) -> vec4f {
 
 // How much of what is behind a segment it hides.
 fn segment_opacity(segment: vec4f) -> f32 {
-    if TABLE_AXES == 3u {
+    if has_opacities() {
         return segment.w;
     }
     return opacity(segment.w);
@@ -45,7 +45,7 @@ fn segment_opacity(segment: vec4f) -> f32 {
 
 // The optical depth of a segment.
 fn segment_depth(segment: vec4f) -> f32 {
-    if TABLE_AXES == 3u {
+    if has_opacities() {
         return depth_of_opacity(segment.w);
     }
     return segment.w;
@@ -57,7 +57,7 @@ fn inside(front: f32, back: f32, length: f32) -> vec4f {
     let scalars = (vec2f(front, back) - TABLE_LOW) * per_scalar;
     if TABLE_AXES == 2u {
         let sum = between(scalars);
-        return select(length * sum, sum, MODEL == MAXIMUM_INTENSITY);
+        return select(length * sum, sum, MODEL == MAXIMUM_INTENSITY || TABLE_IS_FIXED);
     }
     return between_lengths(vec3f(scalars, length / TABLE_LENGTH));
 }

@@ -234,11 +234,15 @@ fn follow(entry: u32, turn: i32, shear: Shear, line: Line, ray: ptr<function, Ga
         visits += 1u;
         seen = max(seen, far.x);
         near = far;
+        // Before the boundary is looked at: in a path's last cell, too, a ray may be done.
+        if (*ray).depth > march.stop_depth {
+            break;
+        }
         if (next & AT_BOUNDARY) != 0u {
             exit = next & ~AT_BOUNDARY;
             break;
         }
-        if (*ray).depth > march.stop_depth || seen >= line.end {
+        if seen >= line.end {
             break;
         }
         cell = next;

@@ -1,16 +1,17 @@
 //! Tables of the integral: their entries, and what lies between.
 
 use tetrascope_core::glam::DVec3;
+use tetrascope_core::mesh::Association;
 use tetrascope_core::optics::{Segment, integrate_segment};
-use tetrascope_core::{Error, Knot, OpticalModel, TransferFunction};
+use tetrascope_core::{Error, Knot, OpticalModel, Scalars, TetMesh, TransferFunction};
 use tetrascope_gpu::memory::read_back;
-use tetrascope_gpu::preintegration::{self, Source, Table};
+use tetrascope_gpu::preintegration::{self, Fixed, Source, Table, mean_chord};
 use tetrascope_gpu::{Gpu, Integration, memory, testing};
 
 use crate::support::{Probe, bumps, intervals_of, on_device, random, table};
 
 /// Every model with each integration that has a table for it.
-const TABLES: [(OpticalModel, Integration); 5] = [
+const TABLES: [(OpticalModel, Integration); 8] = [
     (OpticalModel::Emission, Integration::Table2d { n: 33 }),
     (
         OpticalModel::MaximumIntensity,
@@ -22,7 +23,12 @@ const TABLES: [(OpticalModel, Integration); 5] = [
         OpticalModel::EmissionAbsorption,
         Integration::Table3d { n: 17 },
     ),
+    (OpticalModel::Emission, FIXED),
+    (OpticalModel::Absorption, FIXED),
+    (OpticalModel::EmissionAbsorption, FIXED),
 ];
+
+const FIXED: Integration = Integration::TableFixed { n: 33 };
 
 /// Red, green, blue and depth or opacity of a segment in f64.
 fn exact(tf: &TransferFunction, model: OpticalModel, opacity: bool, probe: Probe) -> [f64; 4] {
@@ -56,13 +62,16 @@ fn entries_are_the_integral() {
     let longest = 2.0_f32;
     for (model, integration) in TABLES {
         let table = table(&gpu, &tf, model, integration, longest);
-        let (Integration::Table2d { n } | Integration::Table3d { n }) = integration else {
-            unreachable!("listed");
+        // Whether entries are opacities, layers, and the length in one.
+        type LengthIn = fn(f32, f32) -> f32;
+        let (n, opacity, layers, length): (u32, bool, u32, LengthIn) = match integration {
+            Integration::Table2d { n } => (n, false, 1, |_, _| 1.0),
+            Integration::Table3d { n } => (n, true, n, |longest, share| longest * share),
+            Integration::TableFixed { n } => (n, true, 1, |longest, _| longest),
+            _ => unreachable!("listed"),
         };
         let last = (n - 1) as f32;
-        let opacity = matches!(integration, Integration::Table3d { .. });
         let entries = entries(&gpu, &table);
-        let layers = if opacity { n } else { 1 };
         assert_eq!(entries.len() as u32, n * n * layers, "{model:?}");
         assert_eq!(
             table.bytes(),
@@ -74,11 +83,7 @@ fn entries_are_the_integral() {
             let probe = Probe {
                 front: front as f32 / last,
                 back: back as f32 / last,
-                length: if opacity {
-                    longest * (layer as f32 / last)
-                } else {
-                    1.0
-                },
+                length: length(longest, layer as f32 / last),
             };
             let truth = exact(&tf, model, opacity, probe);
             let truth = match entry.len() {
@@ -89,6 +94,7 @@ fn entries_are_the_integral() {
                 // What optics.rs allows, relative to the greatest that there can be: 3
                 // per unit length in an emission or depth, 1 in light, color and opacity.
                 let scale = match (model, opacity) {
+                    (OpticalModel::Emission, true) => 3.0 * f64::from(longest),
                     (OpticalModel::Emission, _) | (OpticalModel::Absorption, false) => 3.0,
                     _ => 1.0,
                 };
@@ -291,7 +297,9 @@ fn segments_may_leave_the_table() {
             })
         })
         .collect();
-    for (model, integration) in TABLES {
+    // Of one length there is nothing beyond: that table holds the whole field.
+    let tables = TABLES.into_iter().filter(|(_, table)| *table != FIXED);
+    for (model, integration) in tables {
         let table = table(&gpu, &tf, model, integration, 1.5);
         let answers = on_device(&gpu, &tf, model, &table, &probes);
         for (probe, (answer, opacity)) in probes.iter().zip(answers) {
@@ -370,6 +378,7 @@ fn tables_that_cannot_be_are_refused_in_words() {
             model,
             intervals: &intervals,
             longest: 1.0,
+            fixed: None,
         };
         Table::new(&gpu, "projection", &source)
     };
@@ -390,6 +399,45 @@ fn tables_that_cannot_be_are_refused_in_words() {
     }
     let flat = make(Integration::Table2d { n: 64 }, model).expect_err("not linear");
     assert!(matches!(flat, Error::Unsupported { .. }), "{flat}");
+    let fixed = make(FIXED, model).expect_err("no length is given");
+    assert!(matches!(fixed, Error::Unsupported { .. }), "{fixed}");
+    let large = Integration::TableFixed {
+        n: Integration::MOST_2D + 1,
+    };
+    let large = make(large, model).expect_err("too large");
+    assert!(matches!(large, Error::Unsupported { .. }), "{large}");
+}
+
+/// An edge of 1 has a volume of 1/(6 √2) and a surface of √3; five cells of a unit cube have
+/// 1, and six of the cube's sides, four times the inner cell's sides of √3/2 twice.
+#[test]
+fn the_mean_chord_is_four_volumes_over_surfaces() {
+    let scalars = |count| Scalars {
+        name: "s".into(),
+        association: Association::Point,
+        values: vec![0.0; count],
+    };
+    let corners = [[0, 0, 0], [0, 1, 1], [1, 0, 1], [1, 1, 0]];
+    let corners = corners.map(|c| DVec3::from(c.map(f64::from)));
+    let regular = corners.map(|c| c / 2f64.sqrt()).to_vec();
+    let mesh = TetMesh::from_tetrahedra(regular, vec![[0, 1, 2, 3]], scalars(4)).expect("a mesh");
+    let expected = 4.0 / (6.0 * 2f64.sqrt()) / 3f64.sqrt();
+    assert!((mean_chord(&mesh) - expected).abs() < 1e-15);
+
+    let cube: Vec<DVec3> = (0..8)
+        .map(|i| DVec3::from([i & 1, i >> 1 & 1, i >> 2].map(f64::from)))
+        .collect();
+    // The corners 0, 3, 5 and 6 are the inner cell's.
+    let cells = vec![
+        [0, 3, 5, 6],
+        [1, 0, 3, 5],
+        [2, 0, 3, 6],
+        [4, 0, 5, 6],
+        [7, 3, 5, 6],
+    ];
+    let mesh = TetMesh::from_tetrahedra(cube, cells, scalars(8)).expect("a mesh");
+    let expected = 4.0 / (6.0 + 8.0 * 3f64.sqrt() / 2.0);
+    assert!((mean_chord(&mesh) - expected).abs() < 1e-15);
 }
 
 #[test]
@@ -403,6 +451,7 @@ fn a_table_is_made_again_only_if_it_would_differ() {
         model: OpticalModel::EmissionAbsorption,
         intervals: &tf,
         longest: 1.0,
+        fixed: None,
     };
     let table = Table::new(&gpu, "test", &source).expect("it fits");
     let kept = |source: &preintegration::Source| {
@@ -428,4 +477,22 @@ fn a_table_is_made_again_only_if_it_would_differ() {
         longest: 2.0,
         ..source.clone()
     }));
+
+    // Of one length: the longest does not matter, that length and the axes do.
+    let fixed = |length, scalars| Source {
+        integration: FIXED,
+        fixed: Some(Fixed { length, scalars }),
+        ..source.clone()
+    };
+    let table = Table::new(&gpu, "test", &fixed(0.5, (0.0, 1.0))).expect("it fits");
+    let kept = |source: &preintegration::Source| {
+        let renewed = table.renewed(&gpu, "test", source).expect("it fits");
+        renewed.texture() == table.texture()
+    };
+    assert!(kept(&Source {
+        longest: 2.0,
+        ..fixed(0.5, (0.0, 1.0))
+    }));
+    assert!(!kept(&fixed(0.25, (0.0, 1.0))));
+    assert!(!kept(&fixed(0.5, (0.0, 0.5))));
 }

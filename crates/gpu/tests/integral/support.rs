@@ -26,7 +26,7 @@ pub(crate) fn intervals_of(tf: &TransferFunction) -> Vec<Interval> {
     intervals(tf, &ScalarMap::of(tf), &normalization)
 }
 
-/// The table of `tf`, for segments up to `longest`.
+/// The table of `tf`, for segments up to `longest`, or all as long as that.
 pub(crate) fn table(
     gpu: &Gpu,
     tf: &TransferFunction,
@@ -39,6 +39,10 @@ pub(crate) fn table(
         model,
         intervals: &intervals_of(tf),
         longest,
+        fixed: Some(preintegration::Fixed {
+            length: longest,
+            scalars: (0.0, 1.0),
+        }),
     };
     Table::new(gpu, "test", &source).expect("it fits")
 }

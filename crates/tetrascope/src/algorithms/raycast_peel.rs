@@ -2,7 +2,8 @@
 
 use tetrascope_core::{Error, OpticalModel, Volume};
 use tetrascope_raycast_peel::{
-    ABILITIES, Integration, Locality, MAX_TILES, NAME, Passes, RaycastOptions, RaycastPeel,
+    ABILITIES, INTEGRATIONS, Integration, Locality, MAX_TILES, NAME, Passes, RaycastOptions,
+    RaycastPeel,
 };
 
 use super::{Algorithm, choice};
@@ -26,7 +27,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
         Setting {
             name: "integration",
             about: "how a ray's segment in a cell is integrated",
-            values: Values::Choice(&["exact", "table-2d", "table-3d"]),
+            values: Values::Choice(&["exact", "table-2d", "table-2d-fixed", "table-3d"]),
             default: "exact",
         },
         Setting {
@@ -114,7 +115,7 @@ fn options(settings: &Settings) -> RaycastOptions {
     let table_size = settings.integer("table-size") as u32;
     RaycastOptions {
         passes: choice(settings, "passes", &Passes::ALL),
-        integration: choice(settings, "integration", &Integration::ALL)(table_size),
+        integration: choice(settings, "integration", &INTEGRATIONS)(table_size),
         tiles: settings.integer("tiles") as u32,
         query_interval: settings.integer("query-interval") as u32,
         stop_opacity: settings.number("stop-opacity") as f32,

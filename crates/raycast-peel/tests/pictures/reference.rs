@@ -3,36 +3,15 @@
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, Cells, Frame, Knot, OpticalModel, Projection, Scalars, TetMesh,
+    Appearance, Camera, CameraFit, Cells, Knot, OpticalModel, Projection, Scalars, TetMesh,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_datasets::{Options, find};
 use tetrascope_gpu::{Gpu, testing};
 use tetrascope_raycast_peel::{RaycastOptions, RaycastPeel};
-use tetrascope_reference::{Reference, ReferenceOptions};
+
+use crate::common::{Difference, difference, fitted, renderer, scale, scene, truth, view};
 
 const SIDE: u32 = 64;
-
-/// A data set of about `cells` cells with its own transfer function.
-fn scene(name: &str, cells: u64) -> (Volume, Appearance) {
-    let dataset = find(name).expect("a data set");
-    let options = Options {
-        cells: Some(cells),
-        ..Options::default()
-    };
-    let volume = Volume::Mesh(dataset.mesh(&options).expect("a mesh"));
-    let scene = dataset.scene().resolve(&volume).expect("a scene");
-    (volume, scene.appearance)
-}
-
-fn view(camera: Camera) -> View {
-    View {
-        camera,
-        width: SIDE,
-        height: SIDE,
-        background: [0.1, 0.2, 0.3, 0.5],
-    }
-}
 
 fn views(volume: &Volume) -> Vec<(&'static str, View)> {
     let bounds = volume.bounds();
@@ -45,37 +24,16 @@ fn views(volume: &Volume) -> Vec<(&'static str, View)> {
     vec![
         (
             "perspective",
-            view(Camera::fit(&bounds, CameraFit::PlusIso, false, 1.0)),
+            fitted(volume, CameraFit::PlusIso, false, SIDE),
         ),
         (
             "orthographic",
-            view(Camera::fit(&bounds, CameraFit::MinusIso, true, 1.0)),
+            fitted(volume, CameraFit::MinusIso, true, SIDE),
         ),
         // Along an axis of the lattice: rays in faces and along edges.
-        (
-            "along z",
-            view(Camera::fit(&bounds, CameraFit::PlusZ, true, 1.0)),
-        ),
-        ("inside", view(inside)),
+        ("along z", fitted(volume, CameraFit::PlusZ, true, SIDE)),
+        ("inside", view(inside, SIDE)),
     ]
-}
-
-struct Difference {
-    rmse: f64,
-    max: f64,
-}
-
-fn difference(frame: &Frame, truth: &[[f64; 4]]) -> Difference {
-    let errors = frame
-        .pixels
-        .iter()
-        .zip(truth)
-        .flat_map(|(a, b)| (0..4).map(|c| (f64::from(a[c]) - b[c]).abs()));
-    let (sum, max) = errors.fold((0.0, 0.0_f64), |(sum, max), e| (sum + e * e, max.max(e)));
-    Difference {
-        rmse: (sum / (4 * truth.len()) as f64).sqrt(),
-        max,
-    }
 }
 
 /// What the tests of this file allow.
@@ -94,19 +52,13 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume, appearance: &Appearance) {
             optical_model: model,
             ..appearance.clone()
         };
-        let rays = RaycastPeel::new(gpu, volume, &appearance, &RaycastOptions::default())
-            .expect("a mesh can be drawn");
-        let reference = Reference::new(volume, &appearance, &ReferenceOptions::default())
-            .expect("a mesh can be drawn");
+        let rays = renderer(gpu, volume, &appearance, &RaycastOptions::default());
+        let reference = truth(volume, &appearance);
         for (from, view) in views(volume) {
             let frame = rays.render(&view).expect("a frame");
             let truth = reference.render_exact(&view).expect("a frame");
             let Difference { rmse, max } = difference(&frame, &truth.pixels);
-            let scale = truth
-                .pixels
-                .iter()
-                .flatten()
-                .fold(1.0, |a: f64, b| a.max(*b));
+            let scale = scale(&truth.pixels);
             let what = format!("{name}, {}, {from}", model.name());
             println!("{what}: rmse {rmse:.1e}, max {max:.1e} of {scale:.1}");
             assert_eq!(frame.stats.unpaired_faces, Some(0), "{what}");
@@ -255,7 +207,7 @@ fn place_and_size_change_nothing() {
         let options = RaycastOptions::default();
         let rays = RaycastPeel::new(&gpu, &volume, &appearance, &options).expect("a mesh");
         let camera = Camera::fit(&volume.bounds(), CameraFit::PlusX, false, 1.0);
-        rays.render(&view(camera)).expect("a frame").pixels
+        rays.render(&view(camera, SIDE)).expect("a frame").pixels
     };
     let here = draw(1.0, DVec3::ZERO);
     assert!(here == draw(2f64.powi(-40), DVec3::ZERO), "size");
@@ -277,7 +229,8 @@ fn new_scalars_and_styles_give_what_a_new_renderer_gives() {
         let volume = Volume::Mesh(mesh.clone());
         RaycastPeel::new(&gpu, &volume, appearance, &options).expect("a mesh")
     };
-    let view = view(Camera::fit(&mesh.bounds(), CameraFit::PlusIso, false, 1.0));
+    let camera = Camera::fit(&mesh.bounds(), CameraFit::PlusIso, false, 1.0);
+    let view = view(camera, SIDE);
     let frame = |rays: &RaycastPeel| rays.render(&view).expect("a frame").pixels;
     let mut rays = new(&mesh, &appearance);
 
@@ -321,12 +274,7 @@ fn early_stop_changes_no_more_than_it_says() {
     };
     let (mesh, appearance) = mesh("sphere", 5000);
     let volume = Volume::Mesh(mesh);
-    let view = view(Camera::fit(
-        &volume.bounds(),
-        CameraFit::PlusIso,
-        false,
-        1.0,
-    ));
+    let view = fitted(&volume, CameraFit::PlusIso, false, SIDE);
     let draw = |stop_opacity| {
         let options = RaycastOptions {
             stop_opacity,

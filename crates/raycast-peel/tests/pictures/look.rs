@@ -1,30 +1,22 @@
 //! Clip planes, depth cue and isosurfaces against the ground truth.
 
-use tetrascope_core::glam::{DVec2, DVec3};
+use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, ClipPlane, DepthCue, DirectionalLight, Isosurface, Knot,
-    Lighting, OpticalModel, Projection, Ray, Scalars, TransferFunction, View, Volume,
-    VolumeRenderer as _,
+    Appearance, Camera, CameraFit, ClipPlane, DepthCue, Knot, OpticalModel, Projection, Scalars,
+    TransferFunction, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_datasets::{Options, find};
 use tetrascope_gpu::{Gpu, testing};
 use tetrascope_raycast_peel::{RaycastOptions, RaycastPeel};
-use tetrascope_reference::{Reference, ReferenceOptions};
+use tetrascope_reference::Reference;
 
-/// What `tests/reference.rs` allows and why; cutting adds one rounding an end.
+use crate::common::{
+    Difference, difference, fitted, is_explained, plates, ramp, renderer, scale, scene, surfaces,
+    truth, view,
+};
+
+/// What `reference.rs` allows and why; cutting adds one rounding an end.
 const RMSE: f64 = 2e-6;
 const MAX: f64 = 1e-4;
-
-fn scene(name: &str, cells: u64) -> (Volume, Appearance) {
-    let dataset = find(name).expect("a data set");
-    let options = Options {
-        cells: Some(cells),
-        ..Options::default()
-    };
-    let volume = Volume::Mesh(dataset.mesh(&options).expect("a mesh"));
-    let scene = dataset.scene().resolve(&volume).expect("a scene");
-    (volume, scene.appearance)
-}
 
 fn views(volume: &Volume) -> [View; 3] {
     let bounds = volume.bounds();
@@ -39,12 +31,7 @@ fn views(volume: &Volume) -> [View; 3] {
         Camera::fit(&bounds, CameraFit::MinusIso, true, 1.0),
         inside,
     ]
-    .map(|camera| View {
-        camera,
-        width: 40,
-        height: 40,
-        background: [0.1, 0.2, 0.3, 0.5],
-    })
+    .map(|camera| view(camera, 40))
 }
 
 fn tilted(volume: &Volume) -> Vec<ClipPlane> {
@@ -60,9 +47,8 @@ fn tilted(volume: &Volume) -> Vec<ClipPlane> {
 }
 
 fn new(gpu: &Gpu, volume: &Volume, appearance: &Appearance) -> (RaycastPeel, Reference) {
-    let rays = RaycastPeel::new(gpu, volume, appearance, &RaycastOptions::default());
-    let truth = Reference::new(volume, appearance, &ReferenceOptions::default());
-    (rays.expect("it draws all"), truth.expect("it draws all"))
+    let rays = renderer(gpu, volume, appearance, &RaycastOptions::default());
+    (rays, truth(volume, appearance))
 }
 
 fn check(gpu: &Gpu, name: &str, volume: &Volume, appearance: &Appearance) {
@@ -75,23 +61,8 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume, appearance: &Appearance) {
         for view in views(volume) {
             let frame = rays.render(&view).expect("a frame");
             let truth = truth.render_exact(&view).expect("a frame");
-            let scale = truth
-                .pixels
-                .iter()
-                .flatten()
-                .fold(1.0, |a: f64, b| a.max(*b));
-            let (mut sum, mut max) = (0.0, 0.0_f64);
-            for (got, want) in frame
-                .pixels
-                .iter()
-                .flatten()
-                .zip(truth.pixels.iter().flatten())
-            {
-                let error = (f64::from(*got) - want).abs();
-                sum += error * error;
-                max = max.max(error);
-            }
-            let rmse = (sum / (4.0 * truth.pixels.len() as f64)).sqrt();
+            let scale = scale(&truth.pixels);
+            let Difference { rmse, max } = difference(&frame, &truth.pixels);
             println!("{name}, {}: rmse {rmse:.1e}, max {max:.1e}", model.name());
             assert!(
                 rmse <= RMSE * scale && max <= MAX * scale,
@@ -171,54 +142,6 @@ fn what_planes_cut_away_is_not_visited() {
     );
 }
 
-fn surfaces(volume: &Volume) -> Appearance {
-    let (_, mut appearance) = scene("sphere", 5);
-    appearance.optical_model = OpticalModel::Isosurfaces;
-    let (low, high) = volume.scalar_range().expect("a field");
-    let surface = |share: f64, color: [f64; 3]| Isosurface {
-        value: low + share * (high - low),
-        color: color.into(),
-    };
-    appearance.isosurfaces = vec![
-        surface(0.717, [1.0, 0.3, 0.1]),
-        surface(0.231, [0.2, 0.5, 1.0]),
-        surface(0.489, [0.3, 0.9, 0.2]),
-    ];
-    let light = |toward: [f64; 3], color: [f64; 3]| DirectionalLight {
-        toward: toward.into(),
-        color: color.into(),
-    };
-    appearance.lighting = Lighting {
-        ambient: 0.15,
-        lights: vec![
-            light([1.0, 2.0, 3.0], [0.7, 0.6, 0.5]),
-            light([-2.0, 1.0, -1.0], [0.2, 0.3, 0.6]),
-        ],
-    };
-    appearance
-}
-
-/// Whether a ray within 1e-4 of a pixel of this one has this color. f32 moves rays by less
-/// than that (2⁻²⁴ of the distance of some hundred pixels), so it decides what a
-/// ray along a surface's outline, or along an edge between two facets, sees.
-fn is_explained(truth: &Reference, view: &View, pixel: usize, got: [f32; 4]) -> bool {
-    let (column, row) = (pixel as u32 % view.width, pixel as u32 / view.width);
-    let background = view.premultiplied_background();
-    (0..16).any(|i| {
-        let angle = f64::from(i) / 16.0 * std::f64::consts::TAU;
-        let shift = 1e-4 * DVec2::from_angle(angle);
-        let size = DVec2::new(view.width.into(), view.height.into());
-        let at = 2.0 * (DVec2::new(column.into(), row.into()) + 0.5 + shift) / size - 1.0;
-        let ray: Ray = view.camera.ray(at.x, -at.y, size.x / size.y);
-        let trace = truth.trace(&ray).expect("a ray");
-        let near = |c: usize| {
-            let want = trace.pixel[c] + (1.0 - trace.pixel[3]) * background[c];
-            (want - f64::from(got[c])).abs() <= 1e-3
-        };
-        (0..4).all(near)
-    })
-}
-
 #[test]
 fn isosurfaces_agree_with_the_reference() {
     let Some(gpu) = testing::gpu("isosurfaces_agree_with_the_reference") else {
@@ -231,7 +154,7 @@ fn isosurfaces_agree_with_the_reference() {
         ("graded", 2000),
     ] {
         let (volume, _) = scene(name, cells);
-        let mut appearance = surfaces(&volume);
+        let mut appearance = surfaces(&volume, ramp(&volume));
         for clip_planes in [Vec::new(), tilted(&volume)] {
             appearance.clip_planes = clip_planes;
             let (rays, reference) = new(&gpu, &volume, &appearance);
@@ -267,13 +190,39 @@ fn isosurfaces_agree_with_the_reference() {
     }
 }
 
+/// A ray that meets a surface in the last cell of a path went on to the next path, and showed
+/// the surface there.
+#[test]
+fn a_surface_in_the_last_cell_of_a_path_hides_what_follows() {
+    let Some(gpu) = testing::gpu("a_surface_in_the_last_cell_of_a_path_hides_what_follows") else {
+        return;
+    };
+    let volume = plates();
+    let mut appearance = surfaces(&volume, ramp(&volume));
+    appearance.isosurfaces.truncate(1);
+    appearance.isosurfaces[0].value = 0.99;
+    let view = fitted(&volume, CameraFit::MinusZ, true, 16);
+    let (rays, _) = new(&gpu, &volume, &appearance);
+    let depths = rays.render(&view).expect("a frame").depths;
+    let nearest = volume.bounds().min.z - view.camera.position.z;
+    let mut hits = 0;
+    for depth in depths.expect("surfaces have depths") {
+        if depth.is_finite() {
+            hits += 1;
+            // In the first plate, by more than the depths' 2⁻²² of the distance.
+            assert!(f64::from(depth) - nearest < 0.001, "{depth} {nearest}");
+        }
+    }
+    assert!(hits > 20, "{hits}");
+}
+
 #[test]
 fn surfaces_and_volume_follow_each_other() {
     let Some(gpu) = testing::gpu("surfaces_and_volume_follow_each_other") else {
         return;
     };
     let (volume, volumetric) = scene("sphere", 1000);
-    let surfaces = surfaces(&volume);
+    let surfaces = surfaces(&volume, volumetric.clone());
     let view = views(&volume)[0];
     let (mut rays, _) = new(&gpu, &volume, &volumetric);
     let before = rays.render(&view).expect("a frame");

@@ -2,21 +2,18 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, DepthCue, Error, Frame, Knot, OpticalModel, TransferFunction,
-    View, Volume, VolumeRenderer as _,
+    Appearance, CameraFit, DepthCue, Error, Frame, Knot, OpticalModel, TransferFunction, View,
+    Volume,
 };
-use tetrascope_datasets::{Options, find};
+use tetrascope_gpu::preintegration::mean_chord;
 use tetrascope_gpu::{Gpu, testing};
 use tetrascope_raycast_peel::{Integration, Passes, RaycastOptions, RaycastPeel};
 
+use crate::common::{self, difference, exactly, fitted, mesh};
+
 /// A sphere under a transfer function without steps, dense enough to hide its back.
 fn scene(model: OpticalModel) -> (Volume, Appearance, View) {
-    let options = Options {
-        cells: Some(3000),
-        ..Options::default()
-    };
-    let mesh = find("sphere").expect("a data set").mesh(&options);
-    let volume = Volume::Mesh(mesh.expect("a mesh"));
+    let volume = Volume::Mesh(mesh("sphere", Some(3000)));
     let (low, high) = volume.scalar_range().expect("scalars");
     let size = volume.bounds().diagonal();
     let knot = |share: f64, color, depth: f64| Knot {
@@ -29,12 +26,7 @@ fn scene(model: OpticalModel) -> (Volume, Appearance, View) {
         knot(0.5, DVec3::new(0.2, 1.0, 0.3), 3.0),
         knot(0.9, DVec3::Z, 6.0),
     ]);
-    let view = View {
-        camera: Camera::fit(&volume.bounds(), CameraFit::PlusIso, false, 1.0),
-        width: 40,
-        height: 40,
-        background: [0.1, 0.2, 0.3, 0.5],
-    };
+    let view = fitted(&volume, CameraFit::PlusIso, false, 40);
     let appearance = Appearance::new(function.expect("valid knots"), model);
     (volume, appearance, view)
 }
@@ -50,14 +42,11 @@ fn draw(
         integration,
         ..RaycastOptions::default()
     };
-    let renderer = RaycastPeel::new(gpu, volume, appearance, &options).expect("a mesh");
-    renderer.render(view).expect("a frame")
+    common::draw(gpu, volume, appearance, &options, view)
 }
 
 fn rmse(a: &Frame, b: &Frame) -> f64 {
-    let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
-    let sum: f64 = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum();
-    (sum / (4 * a.pixels.len()) as f64).sqrt()
+    difference(a, &exactly(b)).rmse
 }
 
 /// The table's error is of second order in its samples' distance: from 16 to 32 samples a
@@ -100,6 +89,76 @@ fn tables_converge_and_both_forms_agree() {
         // As where both integrate exactly (`ping_pong.rs`).
         assert!(apart <= 1e-5, "{what}: {apart:e}");
     }
+}
+
+/// With σ alike everywhere each cell on a ray adds σ L to its optical depth, L being the mean
+/// chord, so that depths are whole multiples of that and add up to all cells visited. The
+/// view is along no lattice direction: no visit is without length. A depth up to 1 is known
+/// from an opacity in f32, rounded in each of some 50 cells, to 50 e 2⁻²⁴: 1e-5 of the
+/// greatest, and of one of 50 cells 5e-4.
+#[test]
+fn fixed_lengths_count_cells() {
+    let Some(gpu) = testing::gpu("fixed_lengths_count_cells") else {
+        return;
+    };
+    let (volume, _, mut view) = scene(OpticalModel::Absorption);
+    let Volume::Mesh(mesh) = &volume else {
+        panic!("a mesh")
+    };
+    view.background = [0.0; 4];
+    view.camera.position += volume.bounds().size() * DVec3::new(0.31, 0.17, 0.0);
+    let length = mean_chord(mesh);
+    let extinction = 0.02 / length;
+    let knot = |scalar| Knot {
+        scalar,
+        color: DVec3::ONE,
+        extinction,
+    };
+    let (low, high) = volume.scalar_range().expect("scalars");
+    // Knots of half the range: the table reaches beyond them.
+    let knots = vec![knot(low), knot((low + high) / 2.0)];
+    let function = TransferFunction::new(knots).expect("valid knots");
+    for model in [OpticalModel::Absorption, OpticalModel::EmissionAbsorption] {
+        let scene = (
+            volume.clone(),
+            Appearance::new(function.clone(), model),
+            view,
+        );
+        let integration = Integration::TableFixed { n: 8 };
+        let single = draw(&gpu, &scene, Passes::Single, integration);
+        let ping_pong = draw(&gpu, &scene, Passes::PingPong, integration);
+        for frame in [&single, &ping_pong] {
+            let mut sum = 0.0;
+            for pixel in &frame.pixels {
+                let depth = -(-f64::from(pixel[3])).ln_1p();
+                let cells = depth / 0.02;
+                assert!((cells - cells.round()).abs() < 5e-3, "{pixel:?}: {cells}");
+                sum += cells.round();
+            }
+            assert_eq!(Some(sum as u64), single.stats.cell_visits);
+        }
+    }
+}
+
+/// The table's resolution is not what errs: the error stays as it becomes finer.
+#[test]
+fn fixed_lengths_err_by_lengths() {
+    let Some(gpu) = testing::gpu("fixed_lengths_err_by_lengths") else {
+        return;
+    };
+    let scene = scene(OpticalModel::EmissionAbsorption);
+    let exact = draw(&gpu, &scene, Passes::Single, Integration::Exact);
+    let error = |passes, n| {
+        let frame = draw(&gpu, &scene, passes, Integration::TableFixed { n });
+        (rmse(&exact, &frame), frame)
+    };
+    let (coarse, _) = error(Passes::Single, 32);
+    let (fine, single) = error(Passes::Single, 256);
+    let (_, ping_pong) = error(Passes::PingPong, 256);
+    let apart = rmse(&single, &ping_pong);
+    println!("fixed lengths: {coarse:.2e}, {fine:.2e}; forms {apart:.1e}");
+    assert!(fine > 0.9 * coarse && fine > 1e-3, "{coarse:e} {fine:e}");
+    assert!(apart <= 1e-5, "{apart:e}");
 }
 
 #[test]

@@ -3,55 +3,21 @@
 use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::mesh::{Association, FACES};
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, Error, Frame, Knot, OpticalModel, Projection, Scalars, TetMesh,
+    Appearance, Camera, CameraFit, Error, Frame, Knot, OpticalModel, Projection, Scalars,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_datasets::{Options, find};
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::testing;
 use tetrascope_raycast_peel::{Passes, RaycastOptions, RaycastPeel};
 
+use crate::common::{draw, fitted, plates, scene, view};
+
 const SIDE: u32 = 40;
-
-fn scene(name: &str, cells: u64) -> (Volume, Appearance) {
-    let dataset = find(name).expect("a data set");
-    let options = Options {
-        cells: Some(cells),
-        ..Options::default()
-    };
-    let volume = Volume::Mesh(dataset.mesh(&options).expect("a mesh"));
-    let scene = dataset.scene().resolve(&volume).expect("a scene");
-    (volume, scene.appearance)
-}
-
-fn view(camera: Camera) -> View {
-    View {
-        camera,
-        width: SIDE,
-        height: SIDE,
-        background: [0.1, 0.2, 0.3, 0.5],
-    }
-}
-
-fn fitted(volume: &Volume, from: CameraFit, orthographic: bool) -> View {
-    view(Camera::fit(&volume.bounds(), from, orthographic, 1.0))
-}
 
 fn ping_pong() -> RaycastOptions {
     RaycastOptions {
         passes: Passes::PingPong,
         ..RaycastOptions::default()
     }
-}
-
-fn draw(
-    gpu: &Gpu,
-    volume: &Volume,
-    appearance: &Appearance,
-    options: &RaycastOptions,
-    view: &View,
-) -> Frame {
-    let renderer = RaycastPeel::new(gpu, volume, appearance, options).expect("a mesh");
-    renderer.render(view).expect("a frame")
 }
 
 /// RMSE over the pixels that are not listed, and the pixels that differ by more than
@@ -128,10 +94,16 @@ fn views(volume: &Volume) -> Vec<(&'static str, View)> {
         ..inside
     };
     vec![
-        ("perspective", fitted(volume, CameraFit::PlusIso, false)),
-        ("orthographic", fitted(volume, CameraFit::MinusIso, true)),
-        ("inside", view(inside)),
-        ("orthographic, inside", view(cut)),
+        (
+            "perspective",
+            fitted(volume, CameraFit::PlusIso, false, SIDE),
+        ),
+        (
+            "orthographic",
+            fitted(volume, CameraFit::MinusIso, true, SIDE),
+        ),
+        ("inside", view(inside, SIDE)),
+        ("orthographic, inside", view(cut, SIDE)),
     ]
 }
 
@@ -199,7 +171,7 @@ fn tiles_and_queries_change_work_and_no_pixel() {
         return;
     };
     let (volume, appearance) = scene("torus", 2000);
-    let view = fitted(&volume, CameraFit::PlusIso, false);
+    let view = fitted(&volume, CameraFit::PlusIso, false, SIDE);
     let with = |tiles, query_interval| {
         let options = RaycastOptions {
             tiles,
@@ -251,7 +223,7 @@ fn convex_meshes_are_not_peeled() {
         ..ping_pong()
     };
     let frame = |volume: &Volume, appearance: &Appearance| {
-        let view = fitted(volume, CameraFit::PlusIso, true);
+        let view = fitted(volume, CameraFit::PlusIso, true, SIDE);
         draw(&gpu, volume, appearance, &options, &view)
     };
     let convex = frame(&volume, &appearance);
@@ -274,7 +246,7 @@ fn nothing_to_see_takes_no_step() {
         return;
     };
     let (volume, appearance) = scene("heat-sink", 1000);
-    let mut view = fitted(&volume, CameraFit::PlusIso, false);
+    let mut view = fitted(&volume, CameraFit::PlusIso, false, SIDE);
     let away = 2.0 * view.camera.position - view.camera.focal_point;
     view.camera.focal_point = away;
     let frame = draw(&gpu, &volume, &appearance, &ping_pong(), &view);
@@ -284,29 +256,6 @@ fn nothing_to_see_takes_no_step() {
     assert_eq!(frame.stats.passes, overhead(&frame, 1));
     let background = view.premultiplied_background().map(|c| c as f32);
     assert!(frame.pixels.iter().all(|p| *p == background));
-}
-
-/// Two plates with a gap between, each 0.0008 of the extent thick.
-fn plates() -> Volume {
-    let mut points = Vec::new();
-    let mut tetrahedra = Vec::new();
-    for z in [0.0, 0.0016] {
-        let first = points.len() as u32;
-        for i in 0..8 {
-            let corner = [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
-            points.push(DVec3::new(corner[0], corner[1], z + 0.0008 * corner[2]));
-        }
-        // Around the diagonal from corner 0 to 7.
-        for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
-            tetrahedra.push([0, a, b, 7].map(|i| first + i));
-        }
-    }
-    let scalars = Scalars {
-        name: "s".into(),
-        association: Association::Point,
-        values: vec![0.5; points.len()],
-    };
-    Volume::Mesh(TetMesh::from_tetrahedra(points, tetrahedra, scalars).expect("a mesh"))
 }
 
 /// The paper's bias of 0.1 is 0.0045 of the Blunt Fin's extent: what comes so close behind
@@ -324,7 +273,7 @@ fn the_papers_bias_hides_what_is_thin() {
     };
     let function = TransferFunction::new(vec![knot(0.0), knot(1.0)]).expect("valid knots");
     let appearance = Appearance::new(function, OpticalModel::Absorption);
-    let view = fitted(&volume, CameraFit::PlusZ, true);
+    let view = fitted(&volume, CameraFit::PlusZ, true, SIDE);
     let opacity = |peel_bias| {
         let options = RaycastOptions {
             peel_bias,
@@ -357,7 +306,7 @@ fn rays_stop_at_the_papers_opacity() {
         ..*k
     });
     appearance.transfer_function = TransferFunction::new(knots.collect()).expect("valid knots");
-    let view = fitted(&volume, CameraFit::PlusIso, false);
+    let view = fitted(&volume, CameraFit::PlusIso, false, SIDE);
     let with = |stop_opacity| {
         let options = RaycastOptions {
             stop_opacity,
@@ -411,7 +360,7 @@ fn new_scalars_and_styles_give_what_a_new_renderer_gives() {
     let Volume::Mesh(mesh) = &volume else {
         panic!("a mesh")
     };
-    let view = fitted(&volume, CameraFit::PlusIso, false);
+    let view = fitted(&volume, CameraFit::PlusIso, false, SIDE);
     let mut renderer = RaycastPeel::new(&gpu, &volume, &appearance, &ping_pong()).expect("a mesh");
     let mut check = |volume: &Volume, appearance: &Appearance, what: &str| {
         renderer.reload(volume).expect("a mesh");

@@ -1,0 +1,10 @@
+//! Pictures: ray casting against the ground truth, and its two forms against each other.
+
+mod common;
+
+mod look;
+mod models;
+mod ping_pong;
+mod real_data;
+mod reference;
+mod tables;
