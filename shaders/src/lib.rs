@@ -22,6 +22,7 @@ macro_rules! program {
 macro_rules! slice_program {
     ($($part:literal),+) => {
         program!(
+            "slicing/box.wgsl",
             "slicing/frame.wgsl",
             "slicing/box_plane.wgsl",
             $($part,)+
@@ -170,6 +171,8 @@ pub mod projection {
 
 /// Slicing of regular grids (`tetrascope-slicing`).
 pub mod slicing {
+    /// Lists the boxes that can show, back to front.
+    pub const CULL: &str = program!("slicing/box.wgsl", "slicing/cull.wgsl");
     /// Draws slabs of a volume of `f32`.
     pub const SLICE_FLOAT: &str =
         slice_program!("slicing/trilinear.wgsl", "slicing/voxels_float.wgsl");
@@ -248,7 +251,7 @@ pub mod ping_pong {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 30] = [
+pub const PROGRAMS: [(&str, &str); 31] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -267,6 +270,7 @@ pub const PROGRAMS: [(&str, &str); 30] = [
     ("projection::AMONG", projection::AMONG),
     ("projection::COMPOSITE", projection::COMPOSITE),
     ("gather::RESOLVE", gather::RESOLVE),
+    ("slicing::CULL", slicing::CULL),
     ("slicing::SLICE_FLOAT", slicing::SLICE_FLOAT),
     ("slicing::SLICE_UNSIGNED", slicing::SLICE_UNSIGNED),
     ("slicing::SLICE_SIGNED", slicing::SLICE_SIGNED),

@@ -175,9 +175,10 @@ pub(crate) fn geometry(
             scalar_shift: 0.0,
         },
         viewer: if perspective {
-            Viewer::Eye(eye_in_lattice)
+            // Rounded as on the device, for the same order there.
+            Viewer::Eye(eye_in_lattice.as_vec3().as_dvec3())
         } else {
-            Viewer::Direction(along)
+            Viewer::Direction(along.as_vec3().as_dvec3())
         },
         frustum: Frustum::new(seen, margin),
         margin,

@@ -38,7 +38,7 @@ pub(crate) struct Frame {
     pub(crate) scalar_shift: f32,
 }
 
-/// The mirror of `Box` in `frame.wgsl`.
+/// The mirror of `Box` in `box.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub(crate) struct Box {
@@ -58,6 +58,34 @@ pub(crate) struct Corner {
     pub(crate) box_index: u32,
 }
 
+/// The mirror of `Cull` in `cull.wgsl`, where each field is explained.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(crate) struct Cull {
+    pub(crate) whole: [u32; 4],
+    pub(crate) box_size: [u32; 4],
+    pub(crate) halvings: [u32; 4],
+    pub(crate) brick_shift: [u32; 4],
+    pub(crate) brick_count: [u32; 4],
+    pub(crate) eye: [f32; 4],
+    pub(crate) margin: [f32; 4],
+    pub(crate) level: u32,
+    pub(crate) bits: u32,
+    pub(crate) plane_count: u32,
+    pub(crate) block_count: u32,
+}
+
+/// What an indexed draw takes from the device; the mirror of `Arguments` in `cull.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct Arguments {
+    pub(crate) index_count: u32,
+    pub(crate) instance_count: u32,
+    pub(crate) first_index: u32,
+    pub(crate) base_vertex: i32,
+    pub(crate) first_instance: u32,
+}
+
 /// The mirror of `Tables` in `box_plane.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
@@ -70,12 +98,41 @@ pub(crate) struct Tables {
 #[cfg(test)]
 mod tests {
     use tetrascope_shaders::assert_layout;
-    use tetrascope_shaders::slicing::{SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED, SLICE_UNSIGNED};
+    use tetrascope_shaders::slicing::{
+        CULL, SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED, SLICE_UNSIGNED,
+    };
 
     use super::*;
 
     #[test]
     fn structs_have_the_layout_of_their_twins() {
+        assert_layout!(CULL, Box { low, texel });
+        assert_layout!(
+            CULL,
+            Cull {
+                whole,
+                box_size,
+                halvings,
+                brick_shift,
+                brick_count,
+                eye,
+                margin,
+                level,
+                bits,
+                plane_count,
+                block_count
+            }
+        );
+        assert_layout!(
+            CULL,
+            Arguments {
+                index_count,
+                instance_count,
+                first_index,
+                base_vertex,
+                first_instance
+            }
+        );
         for program in [SLICE_FLOAT, SLICE_UNSIGNED, SLICE_SIGNED, SLICE_FILTERED] {
             assert_layout!(
                 program,

@@ -11,8 +11,10 @@
 //!    WGSL is `box_plane.wgsl`. [`Slicer::Cpu`] cuts all polygons there instead, in
 //!    `polygons`, for comparison.
 //! 2. Samples come from a [`BrickSource`](tetrascope_core::grid::BrickSource), in memory or
-//!    in a file. `voxels` keeps them in textures (§3.1), and `octree` knows their least and greatest values, box by box,
-//!    and visits boxes back to front (§6).
+//!    in a file. `voxels` keeps them in textures (§3.1), and `octree` knows their least and
+//!    greatest values, box by box, and visits boxes back to front (§6); `skip` tells which
+//!    of them the transfer function shows. [`Traversal::Gpu`] does so on the device, all
+//!    boxes at once: `cull` (`cull.wgsl`).
 //! 3. `frame` is the camera in the volume's lattice, and `frustum` what it sees of it.
 //! 4. `slice` (`slice.wgsl`) draws boxes, each an instance of one stack of polygons, and
 //!    computes what a slab adds to a pixel (§7). `count` counts fragments.
@@ -44,6 +46,7 @@
 
 pub mod box_plane;
 mod count;
+mod cull;
 mod frame;
 mod frustum;
 mod gpu_data;
@@ -58,7 +61,7 @@ mod voxels;
 
 pub use options::{
     Filtering, Integration, Level, MAX_LEVEL, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, Phong,
-    PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength, Storage,
+    PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength, Storage, Traversal,
 };
 pub use renderer::Slicing;
 

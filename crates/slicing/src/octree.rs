@@ -145,6 +145,11 @@ impl Octree {
         self.levels.len() as u32 - 1
     }
 
+    /// How often each axis is halved down to this level.
+    pub(crate) fn halvings(&self, level: u32) -> [u32; 3] {
+        self.halvings.map(|h| level.min(h))
+    }
+
     /// The first level whose boxes are small enough for bricks and, by their sizes in cells,
     /// fit.
     pub(crate) fn brick_level(&self, fits: impl Fn([usize; 3]) -> bool) -> u32 {
@@ -213,9 +218,21 @@ impl Octree {
         self.levels[level as usize].ranges[self.index(level, place)]
     }
 
+    /// What tells by a range of samples whether `appearance` shows any of it.
+    pub(crate) fn table(&self, appearance: &Appearance) -> SkipTable {
+        SkipTable::new(appearance, self.sample_type)
+    }
+
+    /// The range of each box of a level, x fastest, as entries of `table`.
+    pub(crate) fn entries(&self, level: u32, table: &SkipTable) -> Vec<[u32; 2]> {
+        let ranges = self.levels[level as usize].ranges.iter();
+        ranges
+            .map(|[low, high]| table.entries((*low).into(), (*high).into()))
+            .collect()
+    }
+
     /// Which boxes can show.
-    pub(crate) fn visibility(&self, appearance: &Appearance) -> Visibility {
-        let table = SkipTable::new(appearance, self.sample_type);
+    pub(crate) fn visibility(&self, table: &SkipTable) -> Visibility {
         let levels: Vec<Vec<bool>> = self
             .levels
             .iter()

@@ -21,6 +21,8 @@ pub struct SlicingOptions {
     pub plane_test: PlaneTest,
     /// Who cuts boxes.
     pub slicer: Slicer,
+    /// Who finds the boxes that can show.
+    pub traversal: Traversal,
     /// Into how many boxes the volume is divided, to skip the empty ones.
     pub level: Level,
     /// Whether and how surfaces are lit.
@@ -56,6 +58,7 @@ impl Default for SlicingOptions {
             slab_ends: SlabEnds::Clipped,
             plane_test: PlaneTest::Sides,
             slicer: Slicer::VertexProgram,
+            traversal: Traversal::Cpu,
             level: Level::Auto,
             shading: Shading::None,
             storage: Storage::Auto,
@@ -91,6 +94,12 @@ impl SlicingOptions {
                     format!("give at most {MAX_LEVEL}, or auto"),
                 );
             }
+        }
+        if self.slicer == Slicer::Cpu && self.traversal == Traversal::Gpu {
+            return wrong(
+                "polygons cut on the CPU for boxes that the GPU finds".into(),
+                "take the traversal, or leave the slicer, with the CPU".into(),
+            );
         }
         if let Shading::Phong(phong) = self.shading {
             let terms = [
@@ -178,6 +187,17 @@ pub enum Slicer {
     VertexProgram,
     /// The CPU, as was usual before the paper: it sends every polygon, each frame.
     Cpu,
+}
+
+/// Who finds the boxes that can show, and their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Traversal {
+    /// The CPU, from the root of the octree down, as published.
+    Cpu,
+    /// The GPU, all boxes of a level at once; nothing but the camera is sent for a frame.
+    /// A volume that is streamed is traversed by the CPU, which has to know what to
+    /// stream, and the frame says so.
+    Gpu,
 }
 
 /// The deepest level of the octree.
@@ -282,6 +302,12 @@ impl Slicer {
         ("vertex-program", Slicer::VertexProgram),
         ("cpu", Slicer::Cpu),
     ];
+}
+
+impl Traversal {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Traversal); 2] =
+        [("cpu", Traversal::Cpu), ("gpu", Traversal::Gpu)];
 }
 
 impl Storage {

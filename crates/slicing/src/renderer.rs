@@ -17,12 +17,13 @@ use crate::ABILITIES;
 use crate::NAME;
 use crate::box_plane::POLYGON;
 use crate::count::{self, FragmentCounter};
+use crate::cull::{Cast, CullData, CullPass, Culling};
 use crate::frame::{FrameGeometry, geometry};
 use crate::gpu_data;
 use crate::octree::{Octree, Place, Visibility};
-use crate::options::{Filtering, Level, Slicer, SlicingOptions};
+use crate::options::{Filtering, Level, Slicer, SlicingOptions, Traversal};
 use crate::polygons::Polygons;
-use crate::slice::{Look, Shape, SliceData, SliceFrame, SlicePass};
+use crate::slice::{self, Look, Shape, SliceData, SliceFrame, SlicePass};
 use crate::voxels::{Scale, Voxels};
 
 /// Pipelines and the uploaded grid.
@@ -31,6 +32,8 @@ pub struct Slicing {
     gpu: Gpu,
     options: SlicingOptions,
     pass: SlicePass,
+    /// Where the GPU traverses.
+    cull: Option<CullPass>,
     scene: Scene,
     /// The texture of the last frame, for the next of the same size.
     gathered: Mutex<Option<wgpu::Texture>>,
@@ -45,6 +48,8 @@ struct Scene {
     scale: Scale,
     visibility: Visibility,
     voxels: Arc<Voxels>,
+    /// Where the GPU traverses and all that can show is on it.
+    cull: Option<CullData>,
     intervals: wgpu::Buffer,
     clip_planes: wgpu::Buffer,
     /// The same, normal · p + w ≥ 0 in lattice space.
@@ -74,6 +79,8 @@ enum To {
 struct Measures {
     timer: Option<Timer>,
     fragments: Option<FragmentCounter>,
+    /// Arguments of the draw, where the device has made them, and how many boxes there are.
+    arguments: Option<(wgpu::Buffer, u64)>,
 }
 
 const READ_BACK_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
@@ -82,8 +89,9 @@ const READ_BACK_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 struct Plan {
     frame: SliceFrame,
     level: u32,
-    /// Back to front.
+    /// Back to front; none if the device finds them.
     boxes: Vec<Place>,
+    culling: Option<Culling>,
     stats: FrameStats,
 }
 
@@ -122,7 +130,10 @@ impl Slicing {
             pass: &pass,
         };
         let scene = parts.scene(appearance, volume, map, None)?;
+        let by_gpu = options.traversal == Traversal::Gpu;
+        let cull = by_gpu.then(|| CullPass::new(gpu)).transpose()?;
         Ok(Slicing {
+            cull,
             gpu: gpu.clone(),
             options: options.clone(),
             pass,
@@ -163,7 +174,7 @@ impl Slicing {
     ) -> Result<FrameStats, Error> {
         view.validate()?;
         let (gpu, scene) = (&self.gpu, &self.scene);
-        let mut plan = self.plan(view)?;
+        let (mut plan, box_count) = self.plan(view)?;
         // New buffers each time: frames may be recorded before others are submitted.
         let background = [Resolve::of(view)];
         let background = gpu.upload("slicing::resolve", &background, BufferUsages::UNIFORM)?;
@@ -176,11 +187,20 @@ impl Slicing {
             None => Vec::new(),
         };
         let (mut timer, mut counter) = (None, None);
+        let culling = plan.as_ref().and_then(|plan| plan.culling.as_ref());
         if let Some(measures) = measures {
             measures.fragments = FragmentCounter::new(gpu, ends.len())?;
+            measures.arguments = culling.map(|c| (c.arguments.clone(), c.box_count));
             (timer, counter) = (measures.timer.as_ref(), measures.fragments.as_ref());
         }
         let mut times = timer.map(Timer::first_render_pass);
+        if let (Some(culling), Some(cull)) = (culling, &self.cull) {
+            times = None;
+            let times = timer.map(Timer::first_compute_pass);
+            gpu.checked("slicing::encode", 0, || {
+                cull.record(encoder, culling, times);
+            })?;
+        }
         let mut first = 0;
         for (index, end) in (0..).zip(ends) {
             let Some(plan) = &mut plan else { break };
@@ -213,7 +233,11 @@ impl Slicing {
             None => {
                 // Nothing in front of the eye, or nothing that shows.
                 clear(encoder, &gathered, times.take());
-                self.stats()
+                let mut stats = self.stats();
+                stats.bricks_drawn = Some(0);
+                stats.bricks_skipped = Some(box_count);
+                (stats.vertices, stats.fragments) = (Some(0), Some(0));
+                stats
             }
         };
         gpu.checked("slicing::encode", 0, || {
@@ -258,8 +282,9 @@ impl Slicing {
         places.iter().map(of).collect()
     }
 
-    /// Which boxes are drawn, and with what; `None` if there are none.
-    fn plan(&self, view: &View) -> Result<Option<Plan>, Error> {
+    /// Which boxes are drawn, and with what, `None` if there are none; and how many there
+    /// are with those that are skipped.
+    fn plan(&self, view: &View) -> Result<(Option<Plan>, u64), Error> {
         let (gpu, scene) = (&self.gpu, &self.scene);
         let Samples {
             lattice,
@@ -269,16 +294,25 @@ impl Slicing {
         } = &*scene.volume;
         let slices = self.options.slices_per_voxel;
         let Some(geometry) = geometry(view, lattice, normalization, slices)? else {
-            return Ok(None);
+            return Ok((None, 1));
         };
         let level = self.level(&geometry);
+        let box_count = octree.box_count(level) as u64;
         let size = octree.box_size(level);
         let mut frustum = geometry.frustum.clone();
         frustum.planes.extend(&scene.kept);
         let visibility = &scene.visibility;
-        let boxes = octree.back_to_front(level, visibility, geometry.viewer, &frustum);
-        if boxes.is_empty() {
-            return Ok(None);
+        let viewer = geometry.viewer;
+        let boxes = match scene.cull {
+            None => octree.back_to_front(level, visibility, viewer, &frustum),
+            Some(_) => Vec::new(),
+        };
+        let room = match scene.cull {
+            None => boxes.len(),
+            Some(_) => visibility.count(level),
+        };
+        if room == 0 {
+            return Ok((None, box_count));
         }
         let uniform = gpu_data::Frame {
             scalar_unit: scene.scale.unit,
@@ -292,13 +326,31 @@ impl Slicing {
         let drawn = boxes.len() as u64;
         let data = self.boxes(level, &boxes);
         let mut sent = (size_of_val(&uniform) + size_of_val(&data[..])) as u64;
-        let shape = match self.options.slicer {
-            Slicer::VertexProgram => {
-                let slabs = uniform.slabs_per_box;
-                stats.vertices = Some(drawn * u64::from(slabs) * POLYGON as u64);
-                self.pass.stacks(gpu, slabs)?
+        let mut culling = None;
+        let shape = match (self.options.slicer, &self.cull, &scene.cull) {
+            (Slicer::VertexProgram, Some(pass), Some(cull)) => {
+                let (indices, index_count) = self.pass.stacks(gpu, uniform.slabs_per_box)?;
+                let cast = Cast {
+                    level,
+                    viewer,
+                    frustum: &frustum,
+                    room,
+                    index_count,
+                };
+                let of_frame = pass.frame(gpu, cull, octree, &scene.voxels, &cast)?;
+                sent += of_frame.bytes;
+                let arguments = of_frame.arguments.clone();
+                culling = Some(of_frame);
+                Shape::Counted { indices, arguments }
             }
-            Slicer::Cpu => {
+            (Slicer::VertexProgram, ..) => {
+                let (indices, index_count) = self.pass.stacks(gpu, uniform.slabs_per_box)?;
+                Shape::Stack {
+                    indices,
+                    index_count,
+                }
+            }
+            (Slicer::Cpu, ..) => {
                 let lows = boxes.iter().map(|place| octree.low(level, *place));
                 let limit = gpu.limits().max_buffer_size;
                 let polygons = Polygons::cut(&uniform, self.options.plane_test, lows, limit)?;
@@ -308,18 +360,28 @@ impl Slicing {
             }
         };
         let uniform = gpu.upload("slicing::frame", &[uniform], BufferUsages::UNIFORM)?;
-        let data = gpu.upload("slicing::boxes", &data, BufferUsages::STORAGE)?;
+        let data = match &culling {
+            None => gpu.upload("slicing::boxes", &data, BufferUsages::STORAGE)?,
+            Some(culling) => culling.boxes.clone(),
+        };
         let planes = &scene.clip_planes;
         let frame = self.pass.frame(gpu, &uniform, data, planes, shape)?;
         stats.geometry_bytes = Some(sent);
-        stats.bricks_drawn = Some(drawn);
-        stats.bricks_skipped = Some(octree.box_count(level) as u64 - drawn);
-        Ok(Some(Plan {
+        let known = culling.is_none();
+        let slabs = u64::from(geometry.slabs_per_box(size));
+        stats.bricks_drawn = known.then_some(drawn);
+        stats.bricks_skipped = known.then_some(box_count - drawn);
+        if known && self.options.slicer == Slicer::VertexProgram {
+            stats.vertices = Some(drawn * slabs * POLYGON as u64);
+        }
+        let plan = Plan {
             frame,
             level,
             boxes,
+            culling,
             stats,
-        }))
+        };
+        Ok((Some(plan), box_count))
     }
 
     /// The octree's level that is drawn.
@@ -358,10 +420,13 @@ impl Slicing {
         let scene = &self.scene;
         let mut stats = FrameStats::default();
         stats.bytes_resident = scene.voxels.bytes + scene.intervals.size();
-        stats.bricks_drawn = Some(0);
         let format = gathered_format(&self.gpu, scene.appearance.optical_model);
         if matches!(format, TextureFormat::R16Float | TextureFormat::Rgba16Float) {
             let note = "this device does not blend f32, so slabs add up in f16";
+            stats.notes.push(note.into());
+        }
+        if self.options.traversal == Traversal::Gpu && scene.cull.is_none() {
+            let note = "the volume is streamed, so the CPU finds the boxes to draw";
             stats.notes.push(note.into());
         }
         let filtered = scene.voxels.texels.filtered;
@@ -471,18 +536,28 @@ impl VolumeRenderer for Slicing {
         let target = gpu.texture("to read back", size, READ_BACK_FORMAT, usage)?;
         let mut measures = Measures {
             timer: Timer::new(gpu)?,
-            fragments: None,
+            ..Measures::default()
         };
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let target_view = target.create_view(&Default::default());
         let to = (&target_view, To::ReadBack);
         let mut stats = self.record(&mut encoder, view, to, Some(&mut measures))?;
         let pixels = read_back(gpu, &mut encoder, Source::Texture(&target))?;
-        let Measures { timer, fragments } = measures;
+        let Measures {
+            timer,
+            fragments,
+            arguments,
+        } = measures;
         let times = timer.map(|t| t.resolve(gpu, &mut encoder)).transpose()?;
         let counts = fragments
             .map(|f| f.resolve(gpu, &mut encoder))
             .transpose()?;
+        let arguments = arguments.map(|(buffer, box_count)| {
+            let bytes = size_of::<gpu_data::Arguments>() as u64;
+            let copy = read_back(gpu, &mut encoder, Source::Buffer(&buffer, bytes))?;
+            Ok::<_, Error>((copy, box_count))
+        });
+        let arguments = arguments.transpose()?;
         gpu.finish(encoder)?;
         let pixels = pixels.read()?;
         if let Some(times) = times {
@@ -490,6 +565,13 @@ impl VolumeRenderer for Slicing {
         }
         if let Some(counts) = counts {
             stats.fragments = Some(count::total(counts)?);
+        }
+        if let Some((copy, box_count)) = arguments {
+            let drawn: Vec<gpu_data::Arguments> = copy.read()?;
+            let (boxes, indices) = (drawn[0].instance_count, drawn[0].index_count);
+            stats.bricks_drawn = Some(boxes.into());
+            stats.bricks_skipped = Some(box_count - u64::from(boxes));
+            stats.vertices = Some(u64::from(boxes) * slice::vertices(indices));
         }
         stats.cpu_seconds = start.elapsed().as_secs_f64();
         Ok(Frame::new((view.width, view.height), pixels, stats))
@@ -514,7 +596,8 @@ impl Parts<'_> {
         let (gpu, options) = (self.gpu, self.options);
         let model = appearance.optical_model;
         let tf = &appearance.transfer_function;
-        let visibility = volume.octree.visibility(appearance);
+        let table = volume.octree.table(appearance);
+        let visibility = volume.octree.visibility(&table);
         let voxels = match voxels {
             Some(voxels) => voxels,
             None => {
@@ -522,6 +605,8 @@ impl Parts<'_> {
                 Arc::new(Voxels::new(gpu, source, octree, &visibility, map, options)?)
             }
         };
+        let by_gpu = options.traversal == Traversal::Gpu && voxels.is_complete();
+        let cull = by_gpu.then(|| CullData::new(gpu, &volume.octree, table, &voxels));
         let knots: Vec<Interval> = intervals(tf, &map, &volume.normalization);
         let knots = gpu.upload("the transfer function", &knots, BufferUsages::STORAGE)?;
         // No slab is longer; a little more for rounding.
@@ -553,6 +638,7 @@ impl Parts<'_> {
             map,
             visibility,
             voxels,
+            cull: cull.transpose()?,
             slice,
         })
     }

@@ -9,9 +9,11 @@ use crate::maxima::Maxima;
 /// that has nothing to show, but none is left out that has.
 const BINS: usize = 1 << 16;
 
-/// A summed table over the transfer function: how many of the first n bins of scalars show.
+/// A summed table over the transfer function: how many of its first n entries show.
 ///
-/// The bins of integers are the unit intervals between them, so that the answer is exact.
+/// Entries are bins of scalars, then for integers the integers themselves. The bins of
+/// integers are the unit intervals between them, so that the answer is exact. The last
+/// entry shows.
 #[derive(Debug)]
 pub(crate) struct SkipTable {
     maxima: Maxima,
@@ -20,10 +22,12 @@ pub(crate) struct SkipTable {
     /// Where the last but one ends.
     last: f64,
     bins_per_scalar: f64,
-    /// `shown[n]` of the first n bins show.
+    /// Bins between `first` and `last`.
+    inner: usize,
+    /// `shown[n]` of the first n entries show.
     shown: Vec<u32>,
-    /// Whether the integer at which bin n begins shows; empty for floats.
-    points: Vec<bool>,
+    /// How many integers there are, from `first` on, as entries behind the bins.
+    points: usize,
 }
 
 impl SkipTable {
@@ -53,19 +57,21 @@ impl SkipTable {
             };
             maxima.over(low, high) > 0.0
         };
-        let mut shown = vec![0];
-        let mut count = 0;
-        for bin in 0..bins + 2 {
-            count += u32::from(shows(bin));
-            shown.push(count);
-        }
         let points = if integers { bins + 1 } else { 0 };
-        let points = (0..points).map(|i| {
+        let point_shows = |i: usize| {
             let scalar = first + i as f64;
             maxima.over(scalar, scalar) > 0.0
-        });
+        };
+        let entries = (0..bins + 2).map(shows).chain((0..points).map(point_shows));
+        let mut shown = vec![0];
+        let mut count = 0;
+        for shows in entries.chain([true]) {
+            count += u32::from(shows);
+            shown.push(count);
+        }
         SkipTable {
-            points: points.collect(),
+            points,
+            inner: bins,
             maxima,
             first,
             last: if integers { end(bins as f64) } else { high },
@@ -76,27 +82,41 @@ impl SkipTable {
 
     /// Whether any scalar in [low, high] shows; an empty range does not.
     pub(crate) fn shows(&self, low: f64, high: f64) -> bool {
+        let [from, to] = self.entries(low, high);
+        self.shown[to as usize] > self.shown[from as usize]
+    }
+
+    /// How many of the first n entries show.
+    pub(crate) fn counts(&self) -> &[u32] {
+        &self.shown
+    }
+
+    /// The entries for scalars in [low, high]: the first, and the one behind the last.
+    pub(crate) fn entries(&self, low: f64, high: f64) -> [u32; 2] {
         if low > high {
-            return false;
+            return [0; 2];
         }
         let place = |scalar: f64| (scalar - self.first) * self.bins_per_scalar;
+        let run = |from: usize, to: usize| [from as u32, to as u32];
         if low == high {
             // The cast saturates, also what is no integer's place.
-            return match self.points.get(place(low) as usize) {
-                Some(shows) => *shows,
-                None => self.maxima.over(low, high) > 0.0,
+            let point = place(low) as usize;
+            let entries = self.shown.len() - 1;
+            return match self.maxima.over(low, high) > 0.0 {
+                _ if point < self.points => run(self.inner + 2 + point, self.inner + 3 + point),
+                true => run(entries - 1, entries),
+                false => run(0, 0),
             };
         }
         // Bins 1 to `inner` lie between `first` and `last`, both included.
-        let inner = self.shown.len() - 3;
         let bin = |scalar: f64, inside: f64| match scalar {
             s if s < self.first => 0,
-            s if s > self.last => inner + 1,
-            _ => (inside as usize).clamp(1, inner),
+            s if s > self.last => self.inner + 1,
+            _ => (inside as usize).clamp(1, self.inner),
         };
         let from = bin(low, place(low).floor() + 1.0);
         let to = bin(high, place(high).ceil());
-        self.shown[to + 1] > self.shown[from]
+        run(from, to + 1)
     }
 }
 

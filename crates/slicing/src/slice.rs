@@ -52,6 +52,11 @@ pub(crate) enum Shape {
         indices: wgpu::Buffer,
         index_count: u32,
     },
+    /// The same for boxes that the device counts.
+    Counted {
+        indices: wgpu::Buffer,
+        arguments: wgpu::Buffer,
+    },
     /// Polygons as the CPU has cut them.
     Polygons {
         corners: wgpu::Buffer,
@@ -199,17 +204,19 @@ impl SlicePass {
             })
     }
 
-    /// Stacks of as many polygons as the uniform's `slabs_per_box`.
-    pub(crate) fn stacks(&self, gpu: &Gpu, slabs_per_box: u32) -> Result<Shape, Error> {
+    /// The triangles of stacks of as many polygons as the uniform's `slabs_per_box`, and
+    /// how many indices they have.
+    pub(crate) fn stacks(
+        &self,
+        gpu: &Gpu,
+        slabs_per_box: u32,
+    ) -> Result<(wgpu::Buffer, u32), Error> {
         let mut kept = self.stack.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.0 < slabs_per_box {
             let polygons = slabs_per_box.next_power_of_two();
             *kept = (polygons, stack(gpu, polygons)?);
         }
-        Ok(Shape::Stack {
-            indices: kept.1.clone(),
-            index_count: slabs_per_box * TRIANGLES.len() as u32,
-        })
+        Ok((kept.1.clone(), slabs_per_box * TRIANGLES.len() as u32))
     }
 
     /// What a frame is drawn with, from its buffers.
@@ -297,6 +304,10 @@ impl Shape {
                 pass.set_index_buffer(indices.slice(..), of);
                 pass.draw_indexed(0..*index_count, 0, boxes);
             }
+            Shape::Counted { indices, arguments } => {
+                pass.set_index_buffer(indices.slice(..), of);
+                pass.draw_indexed_indirect(arguments, 0);
+            }
             Shape::Polygons {
                 corners,
                 indices,
@@ -327,6 +338,11 @@ impl SliceFrame {
 
 /// A polygon as a fan.
 const TRIANGLES: [u32; 12] = [0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5];
+
+/// Vertices of a stack of polygons with this many indices.
+pub(crate) fn vertices(index_count: u32) -> u64 {
+    u64::from(index_count) / TRIANGLES.len() as u64 * POLYGON as u64
+}
 
 fn stack(gpu: &Gpu, polygons: u32) -> Result<wgpu::Buffer, Error> {
     let indices: Vec<u32> = (0..polygons)

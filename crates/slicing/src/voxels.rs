@@ -446,14 +446,14 @@ impl Slots {
         let limit = u64::from(gpu.limits().max_texture_dimension_3d);
         let room = size.map(|s| limit / u64::from(s));
         let wanted = needed.min(most);
-        let x = wanted.min(room[0]);
-        let y = wanted.div_ceil(x.max(1)).min(room[1]).min(most / x.max(1));
-        let z = wanted
-            .div_ceil((x * y).max(1))
-            .min(room[2])
-            .min(most / (x * y).max(1));
+        let [across, down, deep] = room.map(|n| n.max(1));
+        // As few layers, and rows in each, as there can be; then none longer than needed.
+        let z = wanted.div_ceil(across * down).min(deep);
+        let layer = wanted.div_ceil(z).min(across * down);
+        let y = layer.div_ceil(across).min(most / z);
+        let x = layer.div_ceil(y).min(most / (y * z));
         let count = x * y * z;
-        if count == 0 {
+        if room.contains(&0) {
             return Err(Error::TooLarge {
                 what: format!("a brick of {size:?} samples"),
                 needed: size.into_iter().max().unwrap_or(0).into(),

@@ -3,6 +3,7 @@
 // Lattice space numbers samples: sample (i, j, k) lies at that point. Camera space is
 // (right, up, forward) from the anchor, the point of the optical axis beside the
 // volume's center, in normalized units; depth is its third coordinate.
+// With: slicing/box.wgsl
 
 struct Frame {
     // Rows of the transform from lattice to camera space; w is the translation.
@@ -44,12 +45,6 @@ struct Frame {
     scalar_base: f32,
     scalar_factor: f32,
     scalar_shift: f32,
-}
-
-// A box of the volume, to be sliced.
-struct Box {
-    low: vec3i,   // its least corner, lattice space
-    texel: vec3i, // what turns a sample's index into its texel
 }
 
 // Group 0 is the frame, group 1 the volume.

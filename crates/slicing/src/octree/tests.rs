@@ -64,7 +64,7 @@ fn only_boxes_that_can_show_are_visited() {
         if [x, y, z] == [16, 20, 33] { 200 } else { 9 }
     });
     let octree = Octree::build(&source, 0).expect("it is in memory");
-    let visibility = octree.visibility(&step(100.0));
+    let visibility = octree.visibility(&octree.table(&step(100.0)));
     let viewer = Viewer::Direction(DVec3::ONE);
     let found = octree.back_to_front(3, &visibility, viewer, &everything());
     // Sample 16 is the border of boxes 1 and 2 along x; 20 and 33 are inside.
@@ -76,7 +76,7 @@ fn only_boxes_that_can_show_are_visited() {
             .len(),
         1
     );
-    let nothing = octree.visibility(&step(201.0));
+    let nothing = octree.visibility(&octree.table(&step(201.0)));
     assert!(
         octree
             .back_to_front(3, &nothing, viewer, &everything())
@@ -89,7 +89,7 @@ fn only_boxes_that_can_show_are_visited() {
 fn boxes_come_back_to_front() {
     let source = grid([65, 33, 17], |_, _, _| 200);
     let octree = Octree::build(&source, 0).expect("it is in memory");
-    let visibility = octree.visibility(&step(100.0));
+    let visibility = octree.visibility(&octree.table(&step(100.0)));
     let viewers = [
         Viewer::Eye(DVec3::new(-50.0, 10.0, 90.0)),
         Viewer::Eye(DVec3::new(30.5, 12.25, 7.0)),

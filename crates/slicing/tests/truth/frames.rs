@@ -2,11 +2,15 @@
 //! cuts boxes.
 
 use tetrascope_core::glam::DVec3;
+use tetrascope_core::grid::Samples;
 use tetrascope_core::{
-    Appearance, Bounds, Camera, CameraFit, ClipPlane, Frame, Grid, OpticalModel, Projection, View,
+    Appearance, Bounds, Camera, CameraFit, ClipPlane, Frame, Grid, OpticalModel, Projection,
+    TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::testing;
-use tetrascope_slicing::{Level, PlaneTest, Slicer, SlicingOptions, Storage};
+use tetrascope_slicing::{
+    Integration, Level, PlaneTest, Slicer, Slicing, SlicingOptions, Storage, Traversal,
+};
 
 use crate::support::*;
 
@@ -180,6 +184,147 @@ fn what_is_outside_of_the_image_is_skipped() {
             let (some, all) = (bricks(&boxes)[0], bricks(&all)[0]);
             assert!(some > 0 && 4 * some < 3 * all, "{name}: {some} of {all}");
             assert_eq!(bricks(&boxes).iter().sum::<u64>(), 512);
+        }
+    }
+}
+
+/// Boxes found by the GPU are those that the CPU finds, in the same order: with slabs that
+/// do not commute, another order would show.
+#[test]
+fn both_traversals_find_the_same_boxes() {
+    let Some(gpu) = testing::gpu("both_traversals_find_the_same_boxes") else {
+        return;
+    };
+    // Unlike axes, halved three, four and two times, and boxes that reach out of the volume.
+    let place = Place {
+        dims: [71, 130, 36],
+        spacing: DVec3::new(0.014, 0.007, 0.02),
+        ..skewed()
+    };
+    let wave = |p: DVec3| (9.0 * p.x + 2.0 * p.y).sin() * (8.0 * p.y - 3.0 * p.z).cos();
+    let near = |p: DVec3| (2.0 * wave(p - place.origin) - 1.0).max(0.0);
+    let kept = Bounds {
+        min: place.origin - DVec3::splat(0.4),
+        max: place.origin + DVec3::splat(0.3),
+    };
+    let bytes = TransferFunction::new(vec![
+        knot(20.0, [0.1, 0.3, 0.9], 0.0),
+        knot(255.0, [0.9, 0.5, 0.2], 9.0),
+    ]);
+    let bytes = appearance(&bytes.expect("sorted"), OpticalModel::EmissionAbsorption);
+    let grids = [
+        (grid(&place, near), look()),
+        (
+            grid_of(&place, |p| (255.0 * near(p)) as u8, Samples::U8),
+            bytes,
+        ),
+    ];
+    for (grid, look) in grids {
+        let volume = Volume::Grid(grid.clone());
+        let cut = Appearance {
+            clip_planes: ClipPlane::of_box(&kept).to_vec(),
+            ..look.clone()
+        };
+        for (level, storage) in [
+            (0, Storage::Auto),
+            (2, Storage::Auto),
+            (4, Storage::Auto),
+            (4, Storage::Bricks),
+        ] {
+            let of = |traversal| SlicingOptions {
+                level: Level::Fixed(level),
+                slices_per_voxel: 1.0,
+                brick_level: Level::Fixed(2),
+                traversal,
+                storage,
+                ..Default::default()
+            };
+            let make = |traversal| {
+                let options = of(traversal);
+                Slicing::new(&gpu, &volume, &look, &options).expect("it fits")
+            };
+            let (mut cpu, mut device) = (make(Traversal::Cpu), make(Traversal::Gpu));
+            for (name, view) in views(&grid) {
+                for appearance in [&look, &cut] {
+                    cpu.restyle(appearance).expect("it fits");
+                    device.restyle(appearance).expect("it fits");
+                    let cpu = cpu.render(&view).expect("drawn");
+                    let device = device.render(&view).expect("drawn");
+                    let context = format!("{name} level {level} {storage:?}");
+                    assert_eq!(bricks(&cpu), bricks(&device), "{context}");
+                    assert_eq!(cpu.stats.vertices, device.stats.vertices, "{context}");
+                    assert_eq!(cpu.stats.fragments, device.stats.fragments, "{context}");
+                    assert_eq!(between(&cpu, &device).1, 0.0, "{context}");
+                    let sent = device.stats.geometry_bytes.expect("counted");
+                    // The camera, for drawing and for culling, and eleven planes.
+                    assert!(sent < 700, "{sent}");
+                    if level == 4 && appearance.clip_planes.is_empty() {
+                        let [drawn, skipped] = bricks(&device);
+                        assert!(drawn > 20 && skipped > 20, "{context}: {drawn} {skipped}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Streamed bricks are what the CPU asks for, so it finds the boxes.
+#[test]
+fn a_streamed_volume_is_traversed_by_the_cpu() {
+    let Some(gpu) = testing::gpu("a_streamed_volume_is_traversed_by_the_cpu") else {
+        return;
+    };
+    let grid = wave();
+    let (_, view) = views(&grid).swap_remove(0);
+    let options = SlicingOptions {
+        memory_budget: 5 * 2 * 4 * 19_u64.pow(3),
+        traversal: Traversal::Gpu,
+        ..Default::default()
+    };
+    let frame = draw(&gpu, &grid, &look(), &options, &view);
+    assert!(
+        frame
+            .stats
+            .notes
+            .iter()
+            .any(|note| note.contains("streamed"))
+    );
+    assert!(shows(&frame) && bricks(&frame)[0] > 0);
+    let both = SlicingOptions {
+        slicer: Slicer::Cpu,
+        ..options
+    };
+    assert!(both.validate().is_err());
+}
+
+/// What `SlicingOptions::brick_level` says of bytes.
+#[test]
+fn bricks_take_their_samples_and_those_around_them() {
+    let Some(gpu) = testing::gpu("bricks_take_their_samples_and_those_around_them") else {
+        return;
+    };
+    let grid = grid_of(&cube(65), |_| 200_u8, Samples::U8);
+    let (_, view) = views(&grid).swap_remove(0);
+    let of = |integration, brick_level| SlicingOptions {
+        storage: Storage::Bricks,
+        integration,
+        brick_level: Level::Fixed(brick_level),
+        ..Default::default()
+    };
+    let takes = |options: &SlicingOptions, samples: u64| {
+        let resident = draw(&gpu, &grid, &look(), options, &view)
+            .stats
+            .bytes_resident;
+        // A hundredth for slots at the ends of rows; the transfer function has at most four
+        // intervals of at most 64 bytes.
+        let range = samples..=samples + samples / 100 + 256;
+        assert!(range.contains(&resident), "{resident}, {range:?}");
+    };
+    takes(&SlicingOptions::default(), 65 * 65 * 65);
+    for (level, side) in [(1, 32_u64), (2, 16), (3, 8)] {
+        let bricks = 1_u64 << (3 * level);
+        for (integration, around) in [(Integration::PostClassified, 1), (Integration::Slabs, 3)] {
+            takes(&of(integration, level), bricks * (side + around).pow(3));
         }
     }
 }

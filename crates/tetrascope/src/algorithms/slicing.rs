@@ -3,7 +3,7 @@
 use tetrascope_core::{Error, Volume};
 use tetrascope_slicing::{
     ABILITIES, Filtering, Integration, Level, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, NAME,
-    PlaneTest, Shading, SlabEnds, Slicer, Slicing, SlicingOptions, StepLength, Storage,
+    PlaneTest, Shading, SlabEnds, Slicer, Slicing, SlicingOptions, StepLength, Storage, Traversal,
 };
 
 use super::{Algorithm, choice};
@@ -62,6 +62,12 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             about: "who cuts boxes: the vertex program, or the CPU for comparison",
             values: Values::Choice(&["vertex-program", "cpu"]),
             default: "vertex-program",
+        },
+        Setting {
+            name: "traversal",
+            about: "who finds the boxes that can show, and their order",
+            values: Values::Choice(&["cpu", "gpu"]),
+            default: "cpu",
         },
         Setting {
             name: "level",
@@ -127,6 +133,7 @@ fn options(settings: &Settings) -> SlicingOptions {
         slab_ends: choice(settings, "slab-ends", &SlabEnds::ALL),
         plane_test: choice(settings, "plane-test", &PlaneTest::ALL),
         slicer: choice(settings, "slicer", &Slicer::ALL),
+        traversal: choice(settings, "traversal", &Traversal::ALL),
         level: level(settings, "level"),
         brick_level: level(settings, "brick-level"),
         shading: match settings.get("shading") {
@@ -169,6 +176,7 @@ mod tests {
         assert_eq!(offered("plane-test"), words(&PlaneTest::ALL));
         assert_eq!(offered("storage"), words(&Storage::ALL));
         assert_eq!(offered("slicer"), words(&Slicer::ALL));
+        assert_eq!(offered("traversal"), words(&Traversal::ALL));
         let defaults = Settings::defaults(&ALGORITHM);
         assert_eq!(options(&defaults), SlicingOptions::default());
         for name in ["level", "brick-level"] {
