@@ -17,6 +17,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tetrascope::core::{Error, Frame, OpticalModel, Scene, Volume, VolumeRenderer};
 use tetrascope::{Algorithm, Context, Settings};
 
+use crate::limits::{ROUGH_ORDER, limit, rmse_with_outliers};
 use crate::metrics::{ImageError, median};
 use crate::picture::{difference_map, png, shown};
 use crate::plot::{self, Series};
@@ -52,28 +53,6 @@ pub struct Options {
     /// Print the report as JSON in place of the table
     #[arg(long)]
     pub json: bool,
-}
-
-/// The RMSE that is allowed: algorithm, whether the optical model commutes,
-/// whether only on convex meshes, limit. For an algorithm's default settings.
-///
-/// Cells sorted by their centroids err where two are in the wrong order, more so
-/// in meshes with notches; without an order to get wrong, what is left is the
-/// rounding of a few hundred additions in f32.
-const LIMITS: &[(&str, bool, bool, f64)] = &[
-    ("projection", false, true, 2e-3),
-    ("projection", true, false, 1e-4),
-    ("raycast-peel", false, false, 1e-5),
-    ("raycast-peel", true, false, 1e-5),
-];
-
-/// The RMSE that is allowed where surfaces are drawn: that of four pixels that are wholly wrong.
-///
-/// f32 moves a ray by some 1e-4 pixels, which decides what it sees where it is that close to
-/// a surface's outline. A few outlines across an image of n² pixels are 10 n pixels long, or
-/// less: 1e-3 n pixels, one or two of the largest images here.
-fn outlines_limit([width, height]: [u32; 2]) -> f64 {
-    2.0 / (f64::from(width) * f64::from(height)).sqrt()
 }
 
 /// Runs the comparison, prints the table and writes the report.
@@ -287,6 +266,7 @@ fn model_report(scene: &Scene, model: OpticalModel, contenders: &[Contender]) ->
         setting: contender.setting.into(),
         settings: contender.settings.to_string(),
         is_default: contender.is_default(),
+        promise: (contender.algorithm.promise)(&contender.settings),
         outcome: contender.outcome(truth),
     });
     ModelReport {
@@ -362,31 +342,31 @@ fn show(contenders: &[Contender], place: (usize, usize), pictures: &mut Pictures
     }
 }
 
-/// What is demanded of a scene's errors.
+/// What is demanded of a scene's errors, by what each algorithm promises.
 fn checks(scene: &SceneReport) -> Vec<Check> {
     let mut checks = Vec::new();
     for model in &scene.models {
-        let commutes = OpticalModel::ALL
-            .iter()
-            .any(|m| m.name() == model.model && m.commutes());
-        for row in model.rows.iter().filter(|row| row.is_default) {
-            let limit = LIMITS.iter().find(|(name, commutative, convex, _)| {
-                *name == row.algorithm
-                    && *commutative == commutes
-                    && (!convex || scene.convex == Some(true))
-            });
+        let named = OpticalModel::ALL
+            .into_iter()
+            .find(|m| m.name() == model.model)
+            .expect("the report names models");
+        for row in &model.rows {
             let Outcome::Drawn(drawn) = &row.outcome else {
                 continue;
             };
-            let (Some(&(.., limit)), Some(error)) = (limit, drawn.error) else {
+            let convex = scene.convex == Some(true);
+            let rough = convex.then_some(ROUGH_ORDER);
+            let limit = limit(row.promise, named, convex, &drawn.stats, rough);
+            let (Some(limit), Some(error)) = (limit, drawn.error) else {
                 continue;
             };
-            let limit = match model.model == OpticalModel::Isosurfaces.name() {
-                true => outlines_limit(model.size),
-                false => limit,
-            };
+            let limit = rmse_with_outliers(limit, named, model.size);
+            let subject = format!(
+                "{} {} {} {}",
+                scene.name, model.model, row.algorithm, row.setting
+            );
             checks.push(Check {
-                subject: format!("{} {} {}", scene.name, model.model, row.algorithm),
+                subject: subject.trim_end().into(),
                 rmse: error.rmse,
                 limit,
                 passed: error.rmse <= limit,

@@ -6,6 +6,7 @@
 #![cfg(feature = "harness")]
 
 pub mod compare;
+pub mod limits;
 pub mod machine;
 pub mod metrics;
 pub mod picture;

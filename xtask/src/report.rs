@@ -6,6 +6,7 @@ use base64::Engine as _;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
+use tetrascope::Promise;
 use tetrascope::core::FrameStats;
 
 use crate::metrics::ImageError;
@@ -126,6 +127,9 @@ pub struct Row {
     pub settings: String,
     /// Whether these are the algorithm's defaults.
     pub is_default: bool,
+    /// How near to the truth it is meant to be.
+    #[serde(skip)]
+    pub promise: Promise,
     /// What came out.
     pub outcome: Outcome,
 }
@@ -503,6 +507,7 @@ mod tests {
             setting: setting.into(),
             settings: "order=centroid".into(),
             is_default: true,
+            promise: Promise::Exact,
             outcome,
         };
         let rows = vec![

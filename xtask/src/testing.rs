@@ -9,8 +9,8 @@ use std::sync::OnceLock;
 use image::RgbaImage;
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::mesh::Association;
-use tetrascope::core::{Appearance, Error, Frame, OpticalModel, Scalars, TetMesh, View, Volume};
-use tetrascope::{Algorithm, Context, Settings};
+use tetrascope::core::{Appearance, Error, Frame, Scalars, TetMesh, View, Volume};
+use tetrascope::{Algorithm, Context, Promise, Settings};
 
 use crate::machine::{root, target};
 use crate::metrics::ImageError;
@@ -65,19 +65,10 @@ pub fn draw(
     Some(frame.unwrap_or_else(|error| panic!("{} {setting}: {error}", algorithm.name)))
 }
 
-/// The entries of an algorithm's sweep whose errors do not depend on the scene; of the
-/// others, the algorithm's own tests say what is right.
-pub fn promising(algorithm: &Algorithm, model: OpticalModel) -> Vec<&'static str> {
-    let sweep = (algorithm.sweep)(model).iter().copied();
-    sweep
-        .filter(|setting| admitted(algorithm, setting) < 1.0)
-        .collect()
-}
-
-/// By how much one entry of an algorithm's sweep may change a channel by design.
-pub fn admitted(algorithm: &Algorithm, setting: &str) -> f64 {
+/// How near to the truth an algorithm is with one entry of its sweep.
+pub fn promised(algorithm: &Algorithm, setting: &str) -> Promise {
     let settings = Settings::parse(algorithm, setting.split(',')).expect("the sweep is valid");
-    (algorithm.admits)(&settings)
+    (algorithm.promise)(&settings)
 }
 
 /// The ground truth's picture.
@@ -119,14 +110,13 @@ impl Failures {
         ));
     }
 
-    /// As [`Failures::compare`], without the `outliers` pixels that differ most and
-    /// without a bound on the greatest difference.
+    /// As [`Failures::compare`], without the `outliers` pixels that differ most.
     pub fn compare_most(
         &mut self,
         name: &str,
         expected: &Frame,
         image: &Frame,
-        rmse: f64,
+        (rmse, max): (f64, f64),
         outliers: usize,
     ) {
         let mut most = image.clone();
@@ -135,7 +125,7 @@ impl Failures {
             most.pixels[row as usize * most.width as usize + column as usize] =
                 expected.pixel(column, row);
         }
-        self.compare(name, expected, &most, rmse, f64::INFINITY);
+        self.compare(name, expected, &most, rmse, max);
     }
 
     /// Takes note of another failure.
@@ -385,8 +375,20 @@ mod tests {
     #[should_panic(expected = "1 pictures are wrong")]
     fn only_so_many_pixels_are_outliers() {
         let mut failures = Failures::default();
-        failures.compare_most("harness: two outliers", &frame(0.5), &frame(0.6), 1e-3, 2);
-        failures.compare_most("harness: one outlier", &frame(0.5), &frame(0.6), 1e-3, 1);
+        failures.compare_most(
+            "harness: two outliers",
+            &frame(0.5),
+            &frame(0.6),
+            (1e-3, 1.0),
+            2,
+        );
+        failures.compare_most(
+            "harness: one outlier",
+            &frame(0.5),
+            &frame(0.6),
+            (1e-3, 1.0),
+            1,
+        );
         failures.finish();
     }
 

@@ -4,14 +4,14 @@
 //! way through them is known: a box and a line meet between the latest entry and
 //! the earliest exit of three slabs (T. Kay, J. Kajiya, 1986).
 
-use tetrascope::Algorithm;
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::view::TRANSPARENT;
 use tetrascope::core::{
     Appearance, Camera, Frame, FrameStats, Knot, OpticalModel, Projection, Ray, TetMesh,
     TransferFunction, View, Volume,
 };
-use xtask::testing::{Failures, admitted, algorithms, draw, drawn_by, lattice, promising};
+use tetrascope::{Algorithm, Promise};
+use xtask::testing::{Failures, algorithms, draw, drawn_by, lattice, promised};
 
 const SIDE: u32 = 48;
 
@@ -348,23 +348,33 @@ fn expected(case: &Case, model: OpticalModel, view: &View) -> Frame {
 /// The reference: half an ulp of f32 in values up to 4 for the pixel and as much
 /// for the expected one, 2 · 2⁻²³.
 ///
-/// A GPU rasterizer snaps vertices to 1/256 of a pixel. A pixel is 0.1 world units at
-/// most here, and where a ray misses a cell by 1/256 of that, the cell is at most
-/// eight times as deep (faces meet at 14° or more, 2 / tan 14° = 8): so the optical
-/// depth errs by up to σ · 8 · 0.1/256. That happens within 1/256 of a pixel of a cell's
-/// edges; some 200 edges of 10 pixels each give 200 · 10 · 2/256 = 16 of 48² pixels, so that
-/// the root mean square is √(16/48²) = 1/12 of it. Rounding to f32 adds 2⁻²¹ of the depth
-/// a cell, 14 cells on the longest ray.
+/// On a device every ray decides for itself which cells it crosses, wherever the rasterizer
+/// puts their vertices. What is left is f32: ends of segments are known to 2⁻²³ of
+/// the mesh's half diagonal, some 4 roundings each, so that the optical depth of one errs by
+/// σ · √3 · 2⁻²¹; over the 14 cells on the longest ray half of that is gone
+/// by what they share. The root mean square is no greater than a quarter, as errors of
+/// either sign cancel.
 fn tolerance(algorithm: &Algorithm, knots: &[Knot]) -> (f64, f64) {
     if !algorithm.needs_gpu {
         let rounding = 2.0 / f64::from(1 << 23);
         return (rounding, rounding);
     }
     let extinction = knots.iter().map(|knot| knot.extinction).fold(0.0, f64::max);
-    let snapping = extinction * 8.0 * 0.1 / 256.0;
-    let rounding = extinction * 14.0 / f64::from(1 << 21);
-    (snapping / 12.0 + rounding, snapping + rounding)
+    let max = extinction.max(1.0) * 3f64.sqrt() * 7.0 / f64::from(1 << 21);
+    (max / 4.0, max)
 }
+
+/// Whether cells in the wrong order change a picture: not where all have one color.
+fn order_shows(case: &Case, model: OpticalModel) -> bool {
+    let first = case.knots.first().map(|knot| knot.color);
+    let one_color = case.knots.iter().all(|knot| Some(knot.color) == first);
+    !(model.commutes() || one_color)
+}
+
+/// What neighbors may change that a sort by centers has swapped, twice what was measured:
+/// the product of their opacities (0.1 each where their chords are short, as
+/// they are where centers mislead) times the difference of their colors (0.2).
+const ROUGH_ORDER: (f64, f64) = (4e-4, 3e-3);
 
 #[test]
 fn every_renderer_agrees_with_the_closed_forms() {
@@ -379,7 +389,14 @@ fn every_renderer_agrees_with_the_closed_forms() {
                 );
                 for (from, view) in views(case.background) {
                     let expected = expected(&case, model, &view);
-                    for setting in promising(algorithm, model) {
+                    for setting in (algorithm.sweep)(model) {
+                        let (rmse, max) = tolerance(algorithm, &case.knots);
+                        let (rmse, max) = match promised(algorithm, setting) {
+                            Promise::Open => continue,
+                            Promise::Within(change) => (rmse + change, max + change),
+                            Promise::RoughOrder if order_shows(&case, model) => ROUGH_ORDER,
+                            _ => (rmse, max),
+                        };
                         let Some(frame) = draw(algorithm, setting, &volume, &appearance, &view)
                         else {
                             continue;
@@ -391,9 +408,6 @@ fn every_renderer_agrees_with_the_closed_forms() {
                             model.name(),
                             drawn_by(algorithm)
                         );
-                        let (rmse, max) = tolerance(algorithm, &case.knots);
-                        let admitted = admitted(algorithm, setting);
-                        let (rmse, max) = (rmse + admitted, max + admitted);
                         failures.compare(&name, &expected, &frame, rmse, max);
                     }
                 }

@@ -34,14 +34,29 @@ pub struct Algorithm {
     /// The settings that a comparison tries under an optical model, each as
     /// "key=value,key=value"; what is left out is at its default.
     pub sweep: fn(OpticalModel) -> &'static [&'static str],
-    /// By how much these settings may change a channel by design, for colors of at
-    /// most 1; 0 where nothing but rounding and the order of cells is at stake, and 1
-    /// where that depends on the scene.
-    pub admits: fn(&Settings) -> f64,
+    /// How near to the truth its picture is with these settings.
+    pub promise: fn(&Settings) -> Promise,
     /// Whether it draws this scene; [`Error::Unsupported`] says why not. Needs no device.
     pub supports: fn(&Volume, &Appearance, &View) -> Result<(), Error>,
     /// Prepares it for a volume and an appearance, so that it can render.
     pub build: Build,
+}
+
+/// How near to the truth a picture is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Promise {
+    /// Each ray's integral, but for rounding.
+    Exact,
+    /// Exact where the optical model commutes, and on convex meshes whose order of
+    /// visibility has no cycles.
+    ExactIfAcyclic,
+    /// Exact where the optical model commutes; else some cells may be blended in the
+    /// wrong order.
+    RoughOrder,
+    /// A channel is changed by at most this by design, for colors of at most 1.
+    Within(f64),
+    /// An error that depends on the scene.
+    Open,
 }
 
 /// Builds a renderer: makes the device if it needs one, uploads the volume.
@@ -115,7 +130,7 @@ pub(crate) mod testing {
             },
         ],
         sweep: |_| &[""],
-        admits: |_| 0.0,
+        promise: |_| Promise::Exact,
         supports: |_, _, _| Ok(()),
         build: |_, _, _, _| Err(Error::invalid("it draws nothing")),
     };

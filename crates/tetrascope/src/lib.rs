@@ -53,6 +53,6 @@ pub mod emptiness;
 mod settings;
 pub mod volumes;
 
-pub use algorithms::{Algorithm, algorithm, algorithms};
+pub use algorithms::{Algorithm, Promise, algorithm, algorithms};
 pub use context::{Context, Progress};
 pub use settings::{Setting, Settings, Values};

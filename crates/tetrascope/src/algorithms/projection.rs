@@ -6,7 +6,7 @@ use tetrascope_projection::{
     SurfaceSearch,
 };
 
-use super::{Algorithm, choice};
+use super::{Algorithm, Promise, choice};
 use crate::{Setting, Settings, Values};
 
 pub(super) const ALGORITHM: Algorithm = Algorithm {
@@ -88,7 +88,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
         },
     ],
     sweep,
-    admits,
+    promise,
     supports: |volume, appearance, _| {
         ABILITIES.check(NAME, appearance)?;
         match volume {
@@ -143,10 +143,13 @@ fn sweep(model: OpticalModel) -> &'static [&'static str] {
 
 /// At a step of the transfer function a table errs by a share of the step, however fine
 /// it is; the crate's tests hold tables to bounds for smooth ones.
-fn admits(settings: &Settings) -> f64 {
-    match (settings.get("integration"), settings.get("surfaces")) {
-        ("exact", "exact") => 0.0,
-        _ => 1.0,
+fn promise(settings: &Settings) -> Promise {
+    let exact = ["integration", "surfaces"].map(|name| settings.get(name) == "exact");
+    match (exact, settings.get("order")) {
+        ([true, true], "per-pixel") => Promise::Exact,
+        ([true, true], "mpvo") => Promise::ExactIfAcyclic,
+        ([true, true], _) => Promise::RoughOrder,
+        _ => Promise::Open,
     }
 }
 

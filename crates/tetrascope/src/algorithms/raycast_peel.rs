@@ -6,7 +6,7 @@ use tetrascope_raycast_peel::{
     RaycastPeel,
 };
 
-use super::{Algorithm, choice};
+use super::{Algorithm, Promise, choice};
 use crate::{Setting, Settings, Values};
 
 pub(super) const ALGORITHM: Algorithm = Algorithm {
@@ -68,7 +68,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
         },
     ],
     sweep,
-    admits,
+    promise,
     supports: |volume, appearance, _| {
         ABILITIES.check(NAME, appearance)?;
         match volume {
@@ -104,10 +104,12 @@ fn sweep(model: OpticalModel) -> &'static [&'static str] {
 /// At a step of the transfer function a table errs by a share of the step, however fine
 /// it is, and with ping-pong passes the rasterizer's guess decides about rays near an
 /// outline; the crate's tests hold both to bounds.
-fn admits(settings: &Settings) -> f64 {
+fn promise(settings: &Settings) -> Promise {
+    let left_out = 1.0 - settings.number("stop-opacity");
     match (settings.get("passes"), settings.get("integration")) {
-        ("single", "exact") => 1.0 - settings.number("stop-opacity"),
-        _ => 1.0,
+        ("single", "exact") if left_out == 0.0 => Promise::Exact,
+        ("single", "exact") => Promise::Within(left_out),
+        _ => Promise::Open,
     }
 }
 

@@ -3,7 +3,7 @@
 use tetrascope_core::{Appearance, Error, Frame, View, Volume, VolumeRenderer};
 use tetrascope_reference::{NAME, Reference, ReferenceOptions, supports};
 
-use super::Algorithm;
+use super::{Algorithm, Promise};
 use crate::Progress;
 
 pub(super) const ALGORITHM: Algorithm = Algorithm {
@@ -16,7 +16,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     needs_gpu: false,
     settings: &[],
     sweep: |_| &[""],
-    admits: |_| 0.0,
+    promise: |_| Promise::Exact,
     supports: |volume, appearance, _| supports(volume, appearance),
     build: |context, volume, appearance, _| {
         let reference = Reference::new(volume, appearance, &ReferenceOptions::default())?;

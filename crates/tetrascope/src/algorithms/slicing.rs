@@ -6,7 +6,7 @@ use tetrascope_slicing::{
     PlaneTest, Shading, SlabEnds, Slicer, Slicing, SlicingOptions, StepLength, Storage, Traversal,
 };
 
-use super::{Algorithm, choice};
+use super::{Algorithm, Promise, choice};
 use crate::{Setting, Settings, Values};
 
 pub(super) const ALGORITHM: Algorithm = Algorithm {
@@ -105,7 +105,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     ],
     sweep: |_| &["slices=1", "slices=2", "slices=4", "slices=8"],
     // What lies between two slices is not seen, so there is no bound.
-    admits: |_| 1.0,
+    promise: |_| Promise::Open,
     supports: |volume, appearance, _| {
         ABILITIES.check(NAME, appearance)?;
         match volume {
