@@ -44,6 +44,9 @@ pub struct Options {
     /// Image size [default: a scene file's own, else 256x256]
     #[arg(long, value_name = "WxH")]
     pub size: Option<String>,
+    /// Draw in parallel projection what a scene has in perspective, as large at the focal point
+    #[arg(long)]
+    pub orthographic: bool,
     /// Frames timed of each algorithm and setting
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repeat: u32,
@@ -138,7 +141,10 @@ fn scene(
     };
     for (m, &model) in planned.models.iter().enumerate() {
         phase(progress, &format!("{}: {}", planned.name, model.name()));
-        let scene = plan::resolve(&planned.file, model, volume)?;
+        let mut scene = plan::resolve(&planned.file, model, volume)?;
+        if planned.orthographic {
+            scene.view.camera = scene.view.camera.to_orthographic();
+        }
         let contenders = draw(context, plan, volume, &scene)?;
         show(&contenders, (index, m), pictures);
         report.models.push(model_report(&scene, model, &contenders));

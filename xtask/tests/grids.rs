@@ -39,6 +39,7 @@ fn compare_lists_slicing_against_the_reference() {
         algorithms: vec!["slicing".into(), "projection".into()],
         models: Vec::new(),
         size: None,
+        orthographic: false,
         repeat: 1,
         out: Some(folder.path().join("out")),
         json: false,

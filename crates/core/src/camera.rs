@@ -140,6 +140,21 @@ impl Camera {
         }
     }
 
+    /// The same view in parallel projection: what lies at the focal point keeps its size.
+    pub fn to_orthographic(self) -> Camera {
+        let parallel_scale = match self.projection {
+            Projection::Orthographic { parallel_scale } => parallel_scale,
+            Projection::Perspective { view_angle } => {
+                let half = (view_angle.to_radians() / 2.0).tan();
+                self.position.distance(self.focal_point) * half
+            }
+        };
+        Camera {
+            projection: Projection::Orthographic { parallel_scale },
+            ..self
+        }
+    }
+
     /// A camera outside `bounds` that shows all of it, whatever the aspect.
     ///
     /// The bounding sphere touches the image's nearer border.
@@ -250,6 +265,23 @@ mod tests {
         min: DVec3::ZERO,
         max: DVec3::ONE,
     };
+
+    // The rays of one point of the image meet in the plane of the focal point.
+    #[test]
+    fn in_parallel_the_focal_plane_keeps_its_size() {
+        let perspective = Camera::fit(&UNIT, CameraFit::PlusIso, false, 1.5);
+        let parallel = perspective.to_orthographic();
+        let (_, _, forward) = perspective.axes();
+        for (x, y) in [(0.0, 0.0), (0.7, -0.4), (-1.0, 1.0)] {
+            let [a, b] = [perspective, parallel].map(|camera| {
+                let ray = camera.ray(x, y, 1.5);
+                let depth = (camera.focal_point - ray.origin).dot(forward);
+                ray.at(depth / ray.direction.dot(forward))
+            });
+            assert!(a.distance(b) < 1e-14, "{x} {y}: {a} {b}");
+        }
+        assert_eq!(parallel.to_orthographic(), parallel);
+    }
 
     #[test]
     fn a_fitted_camera_sees_every_corner() {

@@ -14,6 +14,9 @@ pub(super) const TRUTH: &str = "reference";
 /// What is drawn when nothing is named: two convex meshes and one with notches.
 const DEFAULT_SCENES: [&str; 3] = ["sphere", "orbital", "heat-sink"];
 
+/// What is drawn in parallel, too, when nothing is named: some settings draw nothing else.
+const DEFAULT_PARALLEL: (&str, OpticalModel) = ("sphere", OpticalModel::Emission);
+
 /// Pixels a side unless the scene or `--size` says otherwise: enough to see what is
 /// wrong, and little enough that all of it takes a minute or two on two cores.
 const DEFAULT_SIDE: u32 = 256;
@@ -36,6 +39,8 @@ pub(super) struct PlannedScene {
     pub(super) name: String,
     pub(super) file: SceneFile,
     pub(super) models: Vec<OpticalModel>,
+    /// Whether in parallel projection, whatever the file says.
+    pub(super) orthographic: bool,
 }
 
 /// Finds everything that the options name, before anything is drawn.
@@ -51,18 +56,33 @@ pub(super) fn plan(options: &Options) -> Result<Plan, Error> {
         false => options.scenes.iter().map(String::as_str).collect(),
     };
     let mut scenes = Vec::new();
-    for name in names {
+    for name in &names {
         let mut scene = find(name, options.field.as_deref())?;
         if !models.is_empty() {
             scene.models.clone_from(&models);
         }
+        if options.orthographic {
+            in_parallel(&mut scene);
+        }
+        scenes.push(scene);
+    }
+    let (name, model) = DEFAULT_PARALLEL;
+    if options.scenes.is_empty()
+        && !options.orthographic
+        && (models.is_empty() || models.contains(&model))
+    {
+        let mut scene = find(name, None)?;
+        scene.models = vec![model];
+        in_parallel(&mut scene);
+        scenes.push(scene);
+    }
+    for scene in &mut scenes {
         let image = &mut scene.file.image;
         if let Some((width, height)) = size {
             (image.width, image.height) = (Some(width), Some(height));
         } else if image.width.is_none() && image.height.is_none() {
             (image.width, image.height) = (Some(DEFAULT_SIDE), Some(DEFAULT_SIDE));
         }
-        scenes.push(scene);
     }
     let mut algorithms = vec![tetrascope::algorithm(TRUTH)?];
     let chosen: Vec<&'static Algorithm> = match options.algorithms.is_empty() {
@@ -81,6 +101,11 @@ pub(super) fn plan(options: &Options) -> Result<Plan, Error> {
         algorithms,
         repeat: options.repeat,
     })
+}
+
+fn in_parallel(scene: &mut PlannedScene) {
+    scene.orthographic = true;
+    scene.name.push_str(", parallel");
 }
 
 /// A scene file, a mesh file or a data set.
@@ -108,6 +133,7 @@ fn find(name: &str, field: Option<&str>) -> Result<PlannedScene, Error> {
             name,
             file,
             models: vec![model],
+            orthographic: false,
         });
     }
     if path.is_file() {
@@ -123,6 +149,7 @@ fn find(name: &str, field: Option<&str>) -> Result<PlannedScene, Error> {
             name,
             file,
             models: vec![OpticalModel::EmissionAbsorption],
+            orthographic: false,
         });
     }
     if path.components().count() > 1 || !extension.is_empty() {
@@ -141,6 +168,7 @@ fn find(name: &str, field: Option<&str>) -> Result<PlannedScene, Error> {
         name: name.into(),
         file: dataset.scene(),
         models: OpticalModel::ALL.to_vec(),
+        orthographic: false,
     })
 }
 
