@@ -26,10 +26,16 @@ macro_rules! slice_program {
             "slicing/frame.wgsl",
             "slicing/box_plane.wgsl",
             $($part,)+
+            "slicing/corners.wgsl",
+            "common/look.wgsl",
+            "slicing/slab.wgsl",
             "common/optics_model.wgsl",
             "common/transfer_function.wgsl",
             "common/optics.wgsl",
+            "common/cue.wgsl",
             "slicing/slice.wgsl",
+            "common/surfaces.wgsl",
+            "slicing/surface.wgsl",
         )
     };
 }

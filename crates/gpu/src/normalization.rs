@@ -68,6 +68,11 @@ impl ScalarMap {
         ScalarMap::of_range(transfer_function.range())
     }
 
+    /// Takes `low` to 0 and keeps the unit: whole numbers stay whole.
+    pub fn from_low(low: f64) -> ScalarMap {
+        ScalarMap { low, width: 1.0 }
+    }
+
     /// As [`ScalarMap::of`]; but where isosurfaces are drawn, it takes the volume's own
     /// range to [0, 1], as there may be a value anywhere in it.
     pub fn of_appearance(appearance: &Appearance, volume: Option<(f64, f64)>) -> ScalarMap {
@@ -105,6 +110,11 @@ impl ScalarMap {
             (-1.0..=2.0).contains(&self.exact(low)) && (-1.0..=2.0).contains(&self.exact(high));
         let wide = high - low >= self.width / 8.0;
         inside && (wide || high == low)
+    }
+
+    /// The scalar that it takes to 0.
+    pub fn low(&self) -> f64 {
+        self.low
     }
 
     /// A scalar in the new unit, in f64.

@@ -1,6 +1,6 @@
 //! The camera in the volume's lattice, made in f64 and rounded at the end.
 
-use tetrascope_core::glam::{DMat3, DVec3, DVec4};
+use tetrascope_core::glam::{DAffine3, DMat3, DVec3, DVec4};
 use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, Projection, View};
 use tetrascope_gpu::Normalization;
@@ -26,6 +26,8 @@ pub(crate) struct FrameGeometry {
     pub(crate) viewer: Viewer,
     /// What is in front of the eye and inside of the image.
     pub(crate) frustum: Frustum,
+    /// From normalized to camera space.
+    pub(crate) camera: DAffine3,
     /// How far a box is enlarged on each side, cells.
     margin: DVec3,
     /// The optical axis, normalized units per cell along each axis.
@@ -168,11 +170,9 @@ pub(crate) fn geometry(
             slab_count: count as i32,
             slabs_per_box: 0,
             front: front_corner(axis.as_vec3()),
-            clip_plane_count: 0,
             scalar_unit: 1.0,
             scalar_base: 0.0,
-            scalar_factor: 1.0,
-            scalar_shift: 0.0,
+            padding: [0.0; 3],
         },
         viewer: if perspective {
             // Rounded as on the device, for the same order there.
@@ -181,6 +181,7 @@ pub(crate) fn geometry(
             Viewer::Direction(along.as_vec3().as_dvec3())
         },
         frustum: Frustum::new(seen, margin),
+        camera: DAffine3::from_mat3_translation(turn, turn * -anchor),
         margin,
         forward: axis,
         step,

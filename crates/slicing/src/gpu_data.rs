@@ -31,11 +31,9 @@ pub(crate) struct Frame {
     pub(crate) slab_count: i32,
     pub(crate) slabs_per_box: u32,
     pub(crate) front: u32,
-    pub(crate) clip_plane_count: u32,
     pub(crate) scalar_unit: f32,
     pub(crate) scalar_base: f32,
-    pub(crate) scalar_factor: f32,
-    pub(crate) scalar_shift: f32,
+    pub(crate) padding: [f32; 3],
 }
 
 /// The mirror of `Box` in `box.wgsl`.
@@ -162,11 +160,8 @@ mod tests {
                     slab_count,
                     slabs_per_box,
                     front,
-                    clip_plane_count,
                     scalar_unit,
                     scalar_base,
-                    scalar_factor,
-                    scalar_shift,
                 }
             );
             assert_layout!(program, Box { low, texel });

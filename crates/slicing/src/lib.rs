@@ -16,8 +16,10 @@
 //!    of them the transfer function shows. [`Traversal::Gpu`] does so on the device, all
 //!    boxes at once: `cull` (`cull.wgsl`).
 //! 3. `frame` is the camera in the volume's lattice, and `frustum` what it sees of it.
-//! 4. `slice` (`slice.wgsl`) draws boxes, each an instance of one stack of polygons, and
-//!    computes what a slab adds to a pixel (§7). `count` counts fragments.
+//! 4. `slice` draws boxes, each an instance of one stack of polygons. `slab.wgsl` is the
+//!    part of a ray that a fragment stands for, `slice.wgsl` what it adds to a pixel (§7),
+//!    and `surface.wgsl` the isosurface that it meets, which hides what was drawn before.
+//!    `count` counts fragments.
 //!
 //! # Departures from the paper
 //! - *A plane stands for a slab* around it, which is cut where the volume, a clip plane
@@ -37,11 +39,16 @@
 //! - *Bricks are slots of one texture*, not textures of their own: one draw has them all.
 //!   Which level of the octree they are is [`SlicingOptions::brick_level`].
 //! - *Boxes outside of the image* or behind clip planes are skipped, too.
+//! - *Isosurfaces are met in voxel cells* ([`Crossing::Cells`]), where the field along a ray
+//!   is a cubic, and lit by the interpolant's gradient; [`Crossing::Corrected`],
+//!   [`Crossing::Linear`] and [`Gradient::CentralDifferences`] are what slices alone see.
 //! - *Interpolation is in f32* ([`Filtering::Exact`]); texture units have 8 bits.
 //! - *Blending is in f32* where the device can.
 //!
 //! # Limits
-//! - Isosurfaces are not drawn, other than as steps of the transfer function.
+//! - A picture has isosurfaces or a volume, as everywhere in this workspace; a surface in a
+//!   volume is a thin tent of the transfer function.
+//! - [`Crossing::Corrected`] and [`Crossing::Linear`] miss what a ray meets twice in a slab.
 //! - What is streamed cannot be recorded into a caller's encoder.
 
 pub mod box_plane;
@@ -60,8 +67,9 @@ mod slice;
 mod voxels;
 
 pub use options::{
-    Filtering, Integration, Level, MAX_LEVEL, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, Phong,
-    PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength, Storage, Traversal,
+    Crossing, Filtering, Gradient, Integration, Level, MAX_LEVEL, MAX_SLICES_PER_VOXEL,
+    MIN_SLICES_PER_VOXEL, Phong, PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength,
+    Storage, Traversal,
 };
 pub use renderer::Slicing;
 
@@ -71,8 +79,4 @@ use tetrascope_core::Abilities;
 pub const NAME: &str = "slicing";
 
 /// What it draws beyond the volumetric optical models.
-pub const ABILITIES: Abilities = Abilities {
-    isosurfaces: false,
-    depth_cue: false,
-    clip_planes: true,
-};
+pub const ABILITIES: Abilities = Abilities::ALL;

@@ -1,6 +1,6 @@
 //! What can be chosen.
 
-use tetrascope_core::Error;
+use tetrascope_core::{Error, OpticalModel};
 use tetrascope_gpu::wgpu::TextureFormat;
 
 /// How a grid is sliced.
@@ -25,8 +25,12 @@ pub struct SlicingOptions {
     pub traversal: Traversal,
     /// Into how many boxes the volume is divided, to skip the empty ones.
     pub level: Level,
-    /// Whether and how surfaces are lit.
+    /// Whether and how the volume is lit.
     pub shading: Shading,
+    /// How isosurfaces are found.
+    pub crossing: Crossing,
+    /// What lit volumes and isosurfaces have for normals.
+    pub gradient: Gradient,
     /// How samples lie in textures.
     pub storage: Storage,
     /// The level of the octree whose boxes are bricks, where samples are stored in bricks.
@@ -61,6 +65,8 @@ impl Default for SlicingOptions {
             traversal: Traversal::Cpu,
             level: Level::Auto,
             shading: Shading::None,
+            crossing: Crossing::Cells,
+            gradient: Gradient::Auto,
             storage: Storage::Auto,
             brick_level: Level::Auto,
             memory_budget: 1 << 30,
@@ -118,10 +124,24 @@ impl SlicingOptions {
         Ok(())
     }
 
-    /// Samples beyond a box that its slabs may read.
-    pub(crate) fn reach(&self) -> usize {
-        let beyond = self.integration == Integration::Slabs || self.shading != Shading::None;
-        usize::from(beyond)
+    /// Samples beyond a box that its slabs may read in `model`.
+    pub(crate) fn reach(&self, model: OpticalModel) -> usize {
+        let central = !self.is_trilinear(model);
+        if model == OpticalModel::Isosurfaces {
+            // As far as a slab's ends, and a sample more for differences.
+            return 1 + usize::from(central);
+        }
+        let lit = self.shading != Shading::None && central;
+        usize::from(lit || self.integration == Integration::Slabs)
+    }
+
+    /// Whether gradients are those of the interpolant.
+    pub(crate) fn is_trilinear(&self, model: OpticalModel) -> bool {
+        match self.gradient {
+            Gradient::Auto => model == OpticalModel::Isosurfaces,
+            Gradient::CentralDifferences => false,
+            Gradient::Trilinear => true,
+        }
     }
 }
 
@@ -214,12 +234,12 @@ pub enum Level {
     Auto,
 }
 
-/// Whether and how surfaces are lit.
+/// Whether and how volumes are lit; isosurfaces are, by the appearance's own lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shading {
     /// Not at all.
     None,
-    /// By a light at the eye and gradients from central differences, on the fly (§7).
+    /// By a light at the eye and [`SlicingOptions::gradient`] (§7).
     Phong(Phong),
 }
 
@@ -246,6 +266,33 @@ impl Default for Phong {
             shininess: 20.0,
         }
     }
+}
+
+/// How the first isosurface in a slab is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Crossing {
+    /// As a root of the cubic that the field is along the ray in each voxel cell: exact to
+    /// f32, however far slices are apart.
+    Cells,
+    /// Between the samples at the slab's ends, if a surface is between their scalars: where
+    /// they would be linear, and then corrected by up to eight more samples (false position).
+    Corrected,
+    /// The same without corrections: off by what the field is bent, so by second order in
+    /// the distance of slices.
+    Linear,
+}
+
+/// What gradients are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Gradient {
+    /// [`Gradient::Trilinear`] of isosurfaces, and [`Gradient::CentralDifferences`] of lit
+    /// volumes.
+    Auto,
+    /// Differences of samples one voxel before and behind along each axis, on the fly, as
+    /// published (§7): six fetches. Smoother than the field itself, which has edges.
+    CentralDifferences,
+    /// Of the trilinear interpolant in its cell, as `tetrascope_core::appearance` defines it.
+    Trilinear,
 }
 
 /// How samples lie in textures.
@@ -308,6 +355,24 @@ impl Traversal {
     /// Every choice, with its name.
     pub const ALL: [(&'static str, Traversal); 2] =
         [("cpu", Traversal::Cpu), ("gpu", Traversal::Gpu)];
+}
+
+impl Crossing {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Crossing); 3] = [
+        ("cells", Crossing::Cells),
+        ("corrected", Crossing::Corrected),
+        ("linear", Crossing::Linear),
+    ];
+}
+
+impl Gradient {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Gradient); 3] = [
+        ("auto", Gradient::Auto),
+        ("central-differences", Gradient::CentralDifferences),
+        ("trilinear", Gradient::Trilinear),
+    ];
 }
 
 impl Storage {

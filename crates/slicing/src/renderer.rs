@@ -6,8 +6,11 @@ use std::time::Instant;
 use tetrascope_core::appearance::ClipPlane;
 use tetrascope_core::glam::Vec4;
 use tetrascope_core::grid::{BrickSource, Lattice, SampleType};
-use tetrascope_core::{Appearance, Error, Frame, FrameStats, View, Volume, VolumeRenderer};
-use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
+use tetrascope_core::{
+    Appearance, Error, Frame, FrameStats, OpticalModel, View, Volume, VolumeRenderer,
+};
+use tetrascope_gpu::gather::{Resolve, ResolvePass};
+use tetrascope_gpu::look::look;
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
@@ -23,8 +26,8 @@ use crate::gpu_data;
 use crate::octree::{Octree, Place, Visibility};
 use crate::options::{Filtering, Level, Slicer, SlicingOptions, Traversal};
 use crate::polygons::Polygons;
-use crate::slice::{self, Look, Shape, SliceData, SliceFrame, SlicePass};
-use crate::voxels::{Scale, Voxels};
+use crate::slice::{self, Look, NOWHERE, Shape, SliceData, SliceFrame, SlicePass, Sums};
+use crate::voxels::{Scale, Texels, Voxels};
 
 /// Pipelines and the uploaded grid.
 #[derive(Debug)]
@@ -35,8 +38,16 @@ pub struct Slicing {
     /// Where the GPU traverses.
     cull: Option<CullPass>,
     scene: Scene,
-    /// The texture of the last frame, for the next of the same size.
-    gathered: Mutex<Option<wgpu::Texture>>,
+    /// The textures of the last frame, for the next of the same size.
+    gathered: Mutex<Option<Gathered>>,
+}
+
+/// What slabs are drawn into.
+#[derive(Clone, Debug)]
+struct Gathered {
+    sums: wgpu::Texture,
+    /// Distances of isosurfaces.
+    distances: Option<wgpu::Texture>,
 }
 
 /// All that `reload` and `restyle` replace, at once or not at all.
@@ -51,8 +62,7 @@ struct Scene {
     /// Where the GPU traverses and all that can show is on it.
     cull: Option<CullData>,
     intervals: wgpu::Buffer,
-    clip_planes: wgpu::Buffer,
-    /// The same, normal · p + w ≥ 0 in lattice space.
+    /// Clip planes, normal · p + w ≥ 0 in lattice space.
     kept: Vec<Vec4>,
     slice: SliceData,
     resolve: [ResolvePass; 2],
@@ -65,6 +75,8 @@ struct Samples {
     lattice: Lattice,
     normalization: Normalization,
     octree: Octree,
+    /// Samples around each box that its range includes.
+    reach: usize,
 }
 
 /// Where a frame is drawn, an index of [`Scene::resolve`].
@@ -122,14 +134,14 @@ impl Slicing {
         ABILITIES.check(NAME, appearance)?;
         options.validate()?;
         let pass = SlicePass::new(gpu)?;
-        let volume = Arc::new(Samples::new(source, options)?);
-        let map = ScalarMap::of(&appearance.transfer_function);
+        let reach = options.reach(appearance.optical_model);
+        let volume = Arc::new(Samples::new(source, reach)?);
         let parts = Parts {
             gpu,
             options,
             pass: &pass,
         };
-        let scene = parts.scene(appearance, volume, map, None)?;
+        let scene = parts.scene(appearance, volume, None)?;
         let by_gpu = options.traversal == Traversal::Gpu;
         let cull = by_gpu.then(|| CullPass::new(gpu)).transpose()?;
         Ok(Slicing {
@@ -178,8 +190,7 @@ impl Slicing {
         // New buffers each time: frames may be recorded before others are submitted.
         let background = [Resolve::of(view)];
         let background = gpu.upload("slicing::resolve", &background, BufferUsages::UNIFORM)?;
-        let gathered = self.gathered((view.width, view.height))?;
-        let gathered = gathered.create_view(&Default::default());
+        let sums = self.gathered((view.width, view.height))?.views();
         let ends = match &plan {
             Some(plan) => scene
                 .voxels
@@ -220,7 +231,7 @@ impl Slicing {
                     slice,
                     boxes,
                     index,
-                    &gathered,
+                    &sums,
                     times.take(),
                     counter,
                 );
@@ -232,7 +243,7 @@ impl Slicing {
             Some(plan) => plan.stats,
             None => {
                 // Nothing in front of the eye, or nothing that shows.
-                clear(encoder, &gathered, times.take());
+                slice::clear(encoder, &sums, times.take());
                 let mut stats = self.stats();
                 stats.bricks_drawn = Some(0);
                 stats.bricks_skipped = Some(box_count);
@@ -243,7 +254,7 @@ impl Slicing {
         gpu.checked("slicing::encode", 0, || {
             let times = timer.map(Timer::last_render_pass);
             let resolve = &scene.resolve[to as usize];
-            resolve.record(gpu, encoder, &background, &gathered, target, times);
+            resolve.record(gpu, encoder, &background, &sums.gathered, target, times);
         })?;
         stats.passes += 1;
         Ok(stats)
@@ -317,9 +328,6 @@ impl Slicing {
         let uniform = gpu_data::Frame {
             scalar_unit: scene.scale.unit,
             scalar_base: scene.scale.base,
-            scalar_factor: scene.scale.factor,
-            scalar_shift: scene.scale.shift,
-            clip_plane_count: scene.appearance.clip_planes.len() as u32,
             ..geometry.uniform(size)
         };
         let mut stats = self.stats();
@@ -364,8 +372,19 @@ impl Slicing {
             None => gpu.upload("slicing::boxes", &data, BufferUsages::STORAGE)?,
             Some(culling) => culling.boxes.clone(),
         };
-        let planes = &scene.clip_planes;
-        let frame = self.pass.frame(gpu, &uniform, data, planes, shape)?;
+        let (look, items) = look(
+            &scene.appearance,
+            view,
+            &lattice.bounds(),
+            normalization,
+            &scene.map,
+            &geometry.camera,
+        );
+        let look = gpu.upload("slicing::look", &[look], BufferUsages::UNIFORM)?;
+        let items = gpu.upload("slicing::look_items", &items, BufferUsages::STORAGE)?;
+        let frame = self
+            .pass
+            .frame(gpu, &uniform, data, [&look, &items], shape)?;
         stats.geometry_bytes = Some(sent);
         let known = culling.is_none();
         let slabs = u64::from(geometry.slabs_per_box(size));
@@ -402,25 +421,45 @@ impl Slicing {
         }
     }
 
-    /// The texture in which slabs add up, kept for the next frame.
-    fn gathered(&self, size: (u32, u32)) -> Result<wgpu::Texture, Error> {
-        let format = gathered_format(&self.gpu, self.scene.appearance.optical_model);
+    /// The textures that slabs are drawn into, kept for the next frame.
+    fn gathered(&self, size: (u32, u32)) -> Result<Gathered, Error> {
+        let model = self.scene.appearance.optical_model;
+        let format = slice::sum_format(&self.gpu, model);
+        let surfaces = model == OpticalModel::Isosurfaces;
         let mut kept = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
-        let fits = |t: &&wgpu::Texture| (t.width(), t.height()) == size && t.format() == format;
-        if let Some(texture) = kept.as_ref().filter(fits) {
-            return Ok(texture.clone());
+        let fits = |g: &&Gathered| {
+            let sums = &g.sums;
+            (sums.width(), sums.height()) == size
+                && sums.format() == format
+                && g.distances.is_some() == surfaces
+        };
+        if let Some(gathered) = kept.as_ref().filter(fits) {
+            return Ok(gathered.clone());
         }
-        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-        let texture = self.gpu.texture("of sums", size, format, usage)?;
-        *kept = Some(texture.clone());
-        Ok(texture)
+        let texture = |label, format, usage| {
+            let usage = TextureUsages::RENDER_ATTACHMENT | usage;
+            self.gpu.texture(label, size, format, usage)
+        };
+        let distances = || {
+            texture(
+                "of distances",
+                TextureFormat::R32Float,
+                TextureUsages::COPY_SRC,
+            )
+        };
+        let gathered = Gathered {
+            sums: texture("of sums", format, TextureUsages::TEXTURE_BINDING)?,
+            distances: surfaces.then(distances).transpose()?,
+        };
+        *kept = Some(gathered.clone());
+        Ok(gathered)
     }
 
     fn stats(&self) -> FrameStats {
         let scene = &self.scene;
         let mut stats = FrameStats::default();
         stats.bytes_resident = scene.voxels.bytes + scene.intervals.size();
-        let format = gathered_format(&self.gpu, scene.appearance.optical_model);
+        let format = slice::sum_format(&self.gpu, scene.appearance.optical_model);
         if matches!(format, TextureFormat::R16Float | TextureFormat::Rgba16Float) {
             let note = "this device does not blend f32, so slabs add up in f16";
             stats.notes.push(note.into());
@@ -453,25 +492,14 @@ impl Slicing {
 /// 13.7 s, 1150 of 4096 boxes 5.3 s, 4730 of 32768 boxes 4.2 s on a loaded machine).
 const FRAGMENTS_PER_POLYGON: f64 = 32.0;
 
-fn clear(
-    encoder: &mut wgpu::CommandEncoder,
-    view: &wgpu::TextureView,
-    timestamps: Option<wgpu::RenderPassTimestampWrites>,
-) {
-    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("slicing::clear"),
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                store: wgpu::StoreOp::Store,
-            },
-        })],
-        timestamp_writes: timestamps,
-        ..Default::default()
-    });
+impl Gathered {
+    fn views(&self) -> Sums {
+        let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
+        Sums {
+            gathered: view(&self.sums),
+            distances: self.distances.as_ref().map(view),
+        }
+    }
 }
 
 /// The grid of `volume`, or why there is none.
@@ -488,42 +516,46 @@ fn source_of(volume: &Volume) -> Result<Arc<dyn BrickSource>, Error> {
 }
 
 impl Samples {
-    fn new(source: Arc<dyn BrickSource>, options: &SlicingOptions) -> Result<Samples, Error> {
+    fn new(source: Arc<dyn BrickSource>, reach: usize) -> Result<Samples, Error> {
         let lattice = source.lattice();
         Ok(Samples {
             normalization: Normalization::of(&lattice.bounds()),
-            octree: Octree::build(&*source, options.reach())?,
+            octree: Octree::build(&*source, reach)?,
             lattice,
             source,
+            reach,
         })
+    }
+
+    /// The least and greatest sample, if they are finite.
+    fn range(&self) -> Option<(f64, f64)> {
+        let [low, high] = self.octree.range(0, [0; 3]).map(f64::from);
+        (low <= high && (high - low).is_finite()).then_some((low, high))
     }
 }
 
 impl VolumeRenderer for Slicing {
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
-        let volume = Arc::new(Samples::new(source_of(volume)?, &self.options)?);
         let appearance = &self.scene.appearance;
-        let map = ScalarMap::of(&appearance.transfer_function);
-        self.scene = self.parts().scene(appearance, volume, map, None)?;
+        let reach = self.options.reach(appearance.optical_model);
+        let volume = Arc::new(Samples::new(source_of(volume)?, reach)?);
+        self.scene = self.parts().scene(appearance, volume, None)?;
         Ok(())
     }
 
-    /// Uploads the transfer function; samples only if they are floats and its range moved
-    /// so far that f32 would run out of digits, or if they are kept in bricks.
+    /// Uploads the transfer function; samples only if they are floats and the range that
+    /// matters moved so far that f32 would run out of digits, or if they are kept in bricks,
+    /// or if the model needs more samples around each box than the one before.
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         ABILITIES.check(NAME, appearance)?;
         let scene = &self.scene;
-        let tf = &appearance.transfer_function;
-        let floats = scene.volume.source.sample_type() == SampleType::F32;
-        let keeps = !floats || scene.map.suits(tf);
-        let map = if floats && keeps {
-            scene.map
-        } else {
-            ScalarMap::of(tf)
+        let reach = self.options.reach(appearance.optical_model);
+        let before = (reach <= scene.volume.reach).then_some(scene);
+        let volume = match before {
+            Some(scene) => scene.volume.clone(),
+            None => Arc::new(Samples::new(scene.volume.source.clone(), reach)?),
         };
-        let voxels = (keeps && scene.voxels.least_level() == 0).then(|| scene.voxels.clone());
-        let volume = scene.volume.clone();
-        self.scene = self.parts().scene(appearance, volume, map, voxels)?;
+        self.scene = self.parts().scene(appearance, volume, before)?;
         Ok(())
     }
 
@@ -543,6 +575,10 @@ impl VolumeRenderer for Slicing {
         let to = (&target_view, To::ReadBack);
         let mut stats = self.record(&mut encoder, view, to, Some(&mut measures))?;
         let pixels = read_back(gpu, &mut encoder, Source::Texture(&target))?;
+        let distances = self.gathered(size)?.distances;
+        let distances = distances
+            .map(|texture| read_back(gpu, &mut encoder, Source::Texture(&texture)))
+            .transpose()?;
         let Measures {
             timer,
             fragments,
@@ -560,6 +596,7 @@ impl VolumeRenderer for Slicing {
         let arguments = arguments.transpose()?;
         gpu.finish(encoder)?;
         let pixels = pixels.read()?;
+        let distances = distances.map(|d| d.read()).transpose()?;
         if let Some(times) = times {
             stats.gpu_seconds = timer::seconds(gpu, times)?;
         }
@@ -574,7 +611,14 @@ impl VolumeRenderer for Slicing {
             stats.vertices = Some(u64::from(boxes) * slice::vertices(indices));
         }
         stats.cpu_seconds = start.elapsed().as_secs_f64();
-        Ok(Frame::new((view.width, view.height), pixels, stats))
+        let scale = self.scene.volume.normalization.scale;
+        let in_world = |distance: f32| match distance < NOWHERE {
+            true => (f64::from(distance) * scale) as f32,
+            false => f32::INFINITY,
+        };
+        let mut frame = Frame::new(size, pixels, stats);
+        frame.depths = distances.map(|d: Vec<f32>| d.into_iter().map(in_world).collect());
+        Ok(frame)
     }
 }
 
@@ -586,23 +630,37 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
+    /// What is drawn of `volume`; `before` is a scene of the same volume, whose samples on
+    /// the device may serve again.
     fn scene(
         &self,
         appearance: &Appearance,
         volume: Arc<Samples>,
-        map: ScalarMap,
-        voxels: Option<Arc<Voxels>>,
+        before: Option<&Scene>,
     ) -> Result<Scene, Error> {
         let (gpu, options) = (self.gpu, self.options);
-        let model = appearance.optical_model;
         let tf = &appearance.transfer_function;
         let table = volume.octree.table(appearance);
         let visibility = volume.octree.visibility(&table);
-        let voxels = match voxels {
-            Some(voxels) => voxels,
+        let (sample_type, range) = (volume.source.sample_type(), volume.range());
+        let texels = Texels::of(gpu, sample_type, options.filtering);
+        let (scale, mut map) = Scale::of(texels, sample_type, appearance, range);
+        let floats = sample_type == SampleType::F32;
+        let serves = |s: &&Scene| {
+            let suits = !floats || s.map.suits_appearance(appearance, range);
+            suits && s.voxels.least_level() == 0
+        };
+        let voxels = match before.filter(serves) {
+            Some(before) => {
+                if floats {
+                    map = before.map;
+                }
+                before.voxels.clone()
+            }
             None => {
-                let (source, octree) = (&*volume.source, &volume.octree);
-                Arc::new(Voxels::new(gpu, source, octree, &visibility, map, options)?)
+                let (source, octree, reach) = (&*volume.source, &volume.octree, volume.reach);
+                let voxels = Voxels::new(gpu, source, octree, &visibility, map, reach, options)?;
+                Arc::new(voxels)
             }
         };
         let by_gpu = options.traversal == Traversal::Gpu && voxels.is_complete();
@@ -614,24 +672,22 @@ impl Parts<'_> {
         let thickest = tf.max_extinction(f64::NEG_INFINITY, f64::INFINITY);
         let look = Look {
             intervals: &knots,
-            model,
+            appearance,
             deepest: (thickest * longest * (1.0 + 1e-4)).min(1e30) as f32,
             gaps: volume.octree.gaps,
         };
         let slice = self.pass.data(gpu, &voxels, &look, options)?;
-        let format = options.target_format;
+        let (format, model) = (options.target_format, appearance.optical_model);
         let resolve = ResolvePass::new(gpu, model, format)?;
         let resolve_read_back = if format == READ_BACK_FORMAT {
             resolve.clone()
         } else {
             ResolvePass::new(gpu, model, READ_BACK_FORMAT)?
         };
-        let planes = clip_planes(&appearance.clip_planes, &volume.lattice);
         Ok(Scene {
-            scale: Scale::of(voxels.texels, volume.source.sample_type(), tf),
+            scale,
             appearance: appearance.clone(),
-            clip_planes: gpu.upload("slicing::clip_planes", &planes, BufferUsages::STORAGE)?,
-            kept: planes.into_iter().map(Vec4::from_array).collect(),
+            kept: clip_planes(&appearance.clip_planes, &volume.lattice),
             resolve: [resolve, resolve_read_back],
             intervals: knots,
             volume,
@@ -644,16 +700,15 @@ impl Parts<'_> {
     }
 }
 
-/// Planes as the shader has them: n · p + d ≥ 0 is kept, lattice space.
-fn clip_planes(planes: &[ClipPlane], lattice: &Lattice) -> Vec<[f32; 4]> {
+/// What planes keep of the lattice: n · p + d ≥ 0.
+fn clip_planes(planes: &[ClipPlane], lattice: &Lattice) -> Vec<Vec4> {
     let of = |plane: &ClipPlane| {
         let normal = plane.normal.normalize();
         let in_lattice = lattice.linear().transpose() * normal;
         let offset = normal.dot(lattice.origin - plane.point);
         // Any positive factor will do; this one keeps the numbers near 1.
         let factor = in_lattice.length().recip();
-        let [x, y, z] = (in_lattice * factor).to_array();
-        [x, y, z, offset * factor].map(|v| v as f32)
+        (in_lattice * factor).extend(offset * factor).as_vec4()
     };
     planes.iter().map(of).collect()
 }

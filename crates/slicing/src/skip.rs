@@ -1,7 +1,7 @@
 //! Whether a transfer function maps a range of scalars to nothing, in constant time (§6).
 
-use tetrascope_core::Appearance;
 use tetrascope_core::grid::SampleType;
+use tetrascope_core::{Appearance, OpticalModel};
 
 use crate::maxima::Maxima;
 
@@ -14,6 +14,8 @@ const BINS: usize = 1 << 16;
 /// Entries are bins of scalars, then for integers the integers themselves. The bins of
 /// integers are the unit intervals between them, so that the answer is exact. The last
 /// entry shows.
+///
+/// Where isosurfaces are drawn, entries are these by increasing value, and all of them show.
 #[derive(Debug)]
 pub(crate) struct SkipTable {
     maxima: Maxima,
@@ -28,6 +30,8 @@ pub(crate) struct SkipTable {
     shown: Vec<u32>,
     /// How many integers there are, from `first` on, as entries behind the bins.
     points: usize,
+    /// The values of isosurfaces, by increasing value, if they are what shows.
+    surfaces: Option<Vec<f64>>,
 }
 
 impl SkipTable {
@@ -69,7 +73,17 @@ impl SkipTable {
             count += u32::from(shows);
             shown.push(count);
         }
+        let surfaces = (appearance.optical_model == OpticalModel::Isosurfaces).then(|| {
+            let values = appearance.isosurfaces.iter().map(|s| s.value);
+            let mut values: Vec<f64> = values.collect();
+            values.sort_unstable_by(f64::total_cmp);
+            values
+        });
+        if let Some(surfaces) = &surfaces {
+            shown = (0..=surfaces.len() as u32).collect();
+        }
         SkipTable {
+            surfaces,
             points,
             inner: bins,
             maxima,
@@ -95,6 +109,11 @@ impl SkipTable {
     pub(crate) fn entries(&self, low: f64, high: f64) -> [u32; 2] {
         if low > high {
             return [0; 2];
+        }
+        if let Some(surfaces) = &self.surfaces {
+            // Those between whose value and `low` the field must pass
+            // (`Isosurface::is_met`).
+            return [low, high].map(|s| surfaces.partition_point(|v| *v <= s) as u32);
         }
         let place = |scalar: f64| (scalar - self.first) * self.bins_per_scalar;
         let run = |from: usize, to: usize| [from as u32, to as u32];
@@ -177,6 +196,29 @@ mod tests {
         let signed = SkipTable::new(&appearance(&[(-5.0, 1.0), (0.0, 0.0)]), SampleType::I16);
         assert!(signed.shows(-32768.0, -32768.0) && signed.shows(-1.0, 7.0));
         assert!(!signed.shows(0.0, 32767.0));
+    }
+
+    #[test]
+    fn ranges_around_a_surface_show() {
+        let mut look = holes();
+        look.optical_model = OpticalModel::Isosurfaces;
+        let surface = |value| tetrascope_core::Isosurface {
+            value,
+            color: DVec3::ONE,
+        };
+        look.isosurfaces = vec![surface(50.0), surface(20.5)];
+        for sample_type in [SampleType::U8, SampleType::F32] {
+            let table = SkipTable::new(&look, sample_type);
+            for low in 0..60 {
+                for high in low..60 {
+                    let (low, high) = (f64::from(low), f64::from(high));
+                    let mut all = look.isosurfaces.iter();
+                    let truth = all.any(|s| s.is_met(low, high));
+                    assert_eq!(table.shows(low, high), truth, "{low} {high}");
+                }
+            }
+            assert!(!table.shows(f64::INFINITY, f64::NEG_INFINITY));
+        }
     }
 
     // Nothing that shows is skipped, and what is farther than a bin from all that shows is.

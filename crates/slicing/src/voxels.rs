@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
 use tetrascope_core::grid::{BrickSource, Region, SampleType, Samples};
-use tetrascope_core::{Error, TransferFunction};
+use tetrascope_core::{Appearance, Error};
 use tetrascope_gpu::wgpu::{
     self, Extent3d, Features, Origin3d, TextureDimension, TextureFormat, TextureUsages,
 };
@@ -77,33 +77,32 @@ pub(crate) struct Scale {
     /// As in `Frame` of `frame.wgsl`.
     pub(crate) unit: f32,
     pub(crate) base: f32,
-    pub(crate) factor: f32,
-    pub(crate) shift: f32,
 }
 
 impl Scale {
-    /// Floats are stored in that unit; integers are stored as they are, and a whole
-    /// number is taken off them first, which is exact.
-    pub(crate) fn of(texels: Texels, sample_type: SampleType, tf: &TransferFunction) -> Scale {
+    /// How samples of a volume with the finite `range` become scalars.
+    ///
+    /// Floats are stored in the transfer function's unit. Integers are stored as they are
+    /// and keep their unit, and a whole number near the transfer function's lower end is
+    /// taken off them: that is exact, so that a sample on a step of the transfer function, or
+    /// on an isosurface, stays on it.
+    pub(crate) fn of(
+        texels: Texels,
+        sample_type: SampleType,
+        appearance: &Appearance,
+        range: Option<(f64, f64)>,
+    ) -> (Scale, ScalarMap) {
+        let map = ScalarMap::of_appearance(appearance, range);
         if sample_type == SampleType::F32 {
-            return Scale {
-                unit: 1.0,
-                base: 0.0,
-                factor: 1.0,
-                shift: 0.0,
-            };
+            let (unit, base) = (1.0, 0.0);
+            return (Scale { unit, base }, map);
         }
-        let map = ScalarMap::of(tf);
-        let base = tf.range().0.round().clamp(-65536.0, 65536.0);
-        let shift = map.exact(base);
-        let factor = (map.exact(base + 65536.0) - shift) / 65536.0;
-        let bound = |x: f64| x.clamp(-1e30, 1e30) as f32;
-        Scale {
+        let base = map.low().round().clamp(-65536.0, 65536.0);
+        let scale = Scale {
             unit: texels.unit,
             base: base as f32,
-            factor: bound(factor),
-            shift: bound(shift),
-        }
+        };
+        (scale, ScalarMap::from_low(base))
     }
 }
 
@@ -152,6 +151,7 @@ impl Voxels {
         octree: &Octree,
         visibility: &Visibility,
         map: ScalarMap,
+        reach: usize,
         options: &SlicingOptions,
     ) -> Result<Voxels, Error> {
         let texels = Texels::of(gpu, source.sample_type(), options.filtering);
@@ -165,7 +165,6 @@ impl Voxels {
             && dims
                 .iter()
                 .all(|d| *d as u64 <= gpu.limits().max_texture_dimension_3d.into());
-        let reach = options.reach();
         let make = |size: [u32; 3], bytes| {
             let texture = volume_texture(gpu, size, texels.format, bytes)?;
             Ok::<_, Error>((texture.create_view(&Default::default()), texture))
@@ -187,7 +186,7 @@ impl Voxels {
             voxels.upload_all(gpu, source)?;
             return Ok(voxels);
         }
-        let slots = Slots::plan(gpu, octree, visibility, texels, options)?;
+        let slots = Slots::plan(gpu, octree, visibility, texels, reach, options)?;
         let size = [0, 1, 2].map(|a| slots.size[a] * slots.along[a]);
         let bytes = size.iter().fold(texels.bytes, |n, s| n * u64::from(*s));
         let (view, texture) = make(size, bytes)?;
@@ -417,9 +416,10 @@ impl Slots {
         octree: &Octree,
         visibility: &Visibility,
         texels: Texels,
+        reach: usize,
         options: &SlicingOptions,
     ) -> Result<Slots, Error> {
-        let (reach, budget) = (options.reach(), options.memory_budget);
+        let budget = options.memory_budget;
         let samples = |cells: [usize; 3]| cells.map(|s| (s + 1 + 2 * reach) as u32);
         let bytes = |cells| {
             let sides = samples(cells).map(u64::from).into_iter();

@@ -38,20 +38,16 @@ struct Frame {
     slab_count: i32,
     slabs_per_box: u32, // planes that may cut one box
     front: u32,         // the corner of a box that a plane touches first
-    clip_plane_count: u32,
-    // A raw sample r is the scalar (r · scalar_unit − scalar_base) · scalar_factor +
-    // scalar_shift, in the unit of `ScalarMap`.
+    // A raw sample r is the scalar r · scalar_unit − scalar_base, in the unit of `ScalarMap`.
     scalar_unit: f32,
     scalar_base: f32,
-    scalar_factor: f32,
-    scalar_shift: f32,
 }
 
 // Group 0 is the frame, group 1 the volume.
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> boxes: array<Box>; // back to front
-// What is kept of the volume has normal · p + w ≥ 0, lattice space.
-@group(0) @binding(2) var<storage, read> clip_planes: array<vec4f>;
+// Camera space.
+@group(0) @binding(2) var<uniform> look: Look;
 
 fn slab_depth(slab: i32) -> f32 {
     return frame.first_depth + f32(slab) * frame.step;

@@ -10,3 +10,7 @@ fn raw_at(lattice: vec3f, texel: vec3i) -> f32 {
     let size = vec3f(textureDimensions(voxels));
     return textureSampleLevel(voxels, linear, place / size, 0.0).x;
 }
+
+fn voxel(texel: vec3i) -> f32 {
+    return textureLoad(voxels, texel, 0).x;
+}

@@ -174,3 +174,58 @@ fn any_lattice_is_drawn_where_it_lies() {
         }
     }
 }
+
+// Where the scalar is constant and on a step of the transfer function both sides count half:
+// σ = (1 + 4)/2, c = (0.2 + 0.8)/2, of any type of samples, on every ray, whatever slabs and
+// the eye make of the ray's ends. One rounding error of a scalar would make it 1 or 4.
+#[test]
+fn a_constant_on_a_step_is_half_of_both_sides() {
+    let Some(gpu) = testing::gpu("a_constant_on_a_step_is_half_of_both_sides") else {
+        return;
+    };
+    // Neither is a fraction of what the map to the device's unit divides by.
+    let (low, step, high) = (1.0, 7.0, 200.7);
+    let knots = vec![
+        knot(low, [0.2; 3], 1.0),
+        knot(step, [0.2; 3], 1.0),
+        knot(step, [0.8; 3], 4.0),
+        knot(high, [0.8; 3], 4.0),
+    ];
+    let tf = TransferFunction::new(knots).expect("sorted");
+    let look = appearance(&tf, OpticalModel::EmissionAbsorption);
+    for place in [cube(9), skewed()] {
+        let grids = [
+            grid(&place, |_| step),
+            grid_of(&place, |_| step as u8, Samples::U8),
+            grid_of(&place, |_| step as u16, Samples::U16),
+            grid_of(&place, |_| step as i16, Samples::I16),
+        ];
+        for grid in grids {
+            for (name, view) in views(&grid) {
+                let behind = view.premultiplied_background();
+                let want = pixels(&view, |ray| {
+                    let (start, end) = span(&grid, ray);
+                    let tau = 2.5 * (end - start).max(0.0);
+                    let alpha = -(-tau).exp_m1();
+                    // c σ is a product of means: ∫ c σ T dt = c (1 − T).
+                    let over = |c: f64, channel: usize| c * alpha + (1.0 - alpha) * behind[channel];
+                    [over(0.5, 0), over(0.5, 1), over(0.5, 2), over(1.0, 3)]
+                });
+                for integration in [Integration::Slabs, Integration::PostClassified] {
+                    let options = SlicingOptions {
+                        integration,
+                        ..Default::default()
+                    };
+                    let frame = draw(&gpu, &grid, &look, &options, &view);
+                    // As for a uniform box.
+                    let (rmse, most) = difference(&frame, &want);
+                    assert!(most < 2e-5, "{name} {integration:?}: {rmse:e} {most:e}");
+                }
+                let truth = truth(&grid, &look, &view);
+                let off = truth.iter().flatten().zip(want.iter().flatten());
+                let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-10, "{name}: {off:e}");
+            }
+        }
+    }
+}

@@ -7,3 +7,4 @@ mod features;
 mod frames;
 mod real_data;
 mod support;
+mod surfaces;

@@ -12,7 +12,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     paper: "N. Max, \"Optical Models for Direct Volume Rendering\", IEEE Transactions on \
             Visualization and Computer Graphics 1(2), 1995, pp. 99-108, doi:10.1109/2945.468400",
     draws: "any mesh, non-convex, cyclic or overlapping too, and any regular grid in memory, in \
-            every volumetric optical model, in f64 with an error bound; meshes in all",
+            every optical model, with depth cue and clip planes, in f64 with an error bound",
     needs_gpu: false,
     settings: &[],
     sweep: |_| &[""],

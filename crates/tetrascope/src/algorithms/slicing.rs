@@ -1,9 +1,10 @@
 //! Slicing's entry.
 
-use tetrascope_core::{Error, Volume};
+use tetrascope_core::{Error, OpticalModel, Volume};
 use tetrascope_slicing::{
-    ABILITIES, Filtering, Integration, Level, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, NAME,
-    PlaneTest, Shading, SlabEnds, Slicer, Slicing, SlicingOptions, StepLength, Storage, Traversal,
+    ABILITIES, Crossing, Filtering, Gradient, Integration, Level, MAX_SLICES_PER_VOXEL,
+    MIN_SLICES_PER_VOXEL, NAME, PlaneTest, Shading, SlabEnds, Slicer, Slicing, SlicingOptions,
+    StepLength, Storage, Traversal,
 };
 
 use super::{Algorithm, Promise, choice};
@@ -14,8 +15,9 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     title: "slices of regular grids, cut in the vertex stage",
     paper: "C. Rezk Salama, A. Kolb, \"A Vertex Program for Efficient Box-Plane Intersection\", \
             Vision, Modeling and Visualization, 2005",
-    draws: "any regular grid in every optical model, converging at second order in the distance \
-            of slices; larger than the device's memory, too",
+    draws: "any regular grid in every optical model, with depth cue and clip planes, converging at \
+            second order in the distance of slices, isosurfaces exactly; larger than the \
+            device's memory, too",
     needs_gpu: true,
     settings: &[
         Setting {
@@ -82,6 +84,19 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             default: "none",
         },
         Setting {
+            name: "crossing",
+            about: "isosurfaces as roots in voxel cells, or between the samples of two slices",
+            values: Values::Choice(&["cells", "corrected", "linear"]),
+            default: "cells",
+        },
+        Setting {
+            name: "gradient",
+            about: "normals by central differences (published) or of the trilinear field; \
+                    auto is the field's for isosurfaces and differences for shading",
+            values: Values::Choice(&["auto", "central-differences", "trilinear"]),
+            default: "auto",
+        },
+        Setting {
             name: "storage",
             about: "one texture if it fits, or bricks with borders",
             values: Values::Choice(&["auto", "bricks"]),
@@ -103,7 +118,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             default: "1024",
         },
     ],
-    sweep: |_| &["slices=1", "slices=2", "slices=4", "slices=8"],
+    sweep,
     // What lies between two slices is not seen, so there is no bound.
     promise: |_| Promise::Open,
     supports: |volume, appearance, _| {
@@ -124,6 +139,22 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     },
 };
 
+/// In cells an isosurface is where it is, however far slices are apart.
+fn sweep(model: OpticalModel) -> &'static [&'static str] {
+    match model {
+        OpticalModel::Isosurfaces => &[
+            "",
+            "slices=1",
+            "crossing=corrected",
+            "crossing=linear,slices=1",
+            "crossing=linear",
+            "crossing=linear,slices=8",
+            "gradient=central-differences",
+        ],
+        _ => &["slices=1", "slices=2", "slices=4", "slices=8"],
+    }
+}
+
 fn options(settings: &Settings) -> SlicingOptions {
     SlicingOptions {
         slices_per_voxel: settings.number("slices"),
@@ -140,6 +171,8 @@ fn options(settings: &Settings) -> SlicingOptions {
             "phong" => Shading::Phong(Default::default()),
             _ => Shading::None,
         },
+        crossing: choice(settings, "crossing", &Crossing::ALL),
+        gradient: choice(settings, "gradient", &Gradient::ALL),
         storage: choice(settings, "storage", &Storage::ALL),
         memory_budget: (settings.integer("budget") as u64) << 20,
         ..SlicingOptions::default()
@@ -174,6 +207,8 @@ mod tests {
         assert_eq!(offered("step-length"), words(&StepLength::ALL));
         assert_eq!(offered("slab-ends"), words(&SlabEnds::ALL));
         assert_eq!(offered("plane-test"), words(&PlaneTest::ALL));
+        assert_eq!(offered("crossing"), words(&Crossing::ALL));
+        assert_eq!(offered("gradient"), words(&Gradient::ALL));
         assert_eq!(offered("storage"), words(&Storage::ALL));
         assert_eq!(offered("slicer"), words(&Slicer::ALL));
         assert_eq!(offered("traversal"), words(&Traversal::ALL));
