@@ -75,6 +75,8 @@ pub struct FrameStats {
     pub bytes_per_cell: Option<f64>,
     /// Bytes of the volume that stay on the device (or in memory) between frames.
     pub bytes_resident: u64,
+    /// How many of `bytes_resident` each view writes anew.
+    pub bytes_per_view: Option<u64>,
     /// The image's worst error bound, absolute, if the renderer has one.
     pub error_bound: Option<f64>,
     /// Pixels in which cells overlap or leave gaps beyond rounding.

@@ -13,7 +13,8 @@
 //! 2. `frame` is the camera, in coordinates that stay small.
 //! 3. The order of cells (§6, "compatible with any published cell sorting algorithm"),
 //!    where the optical model asks for one:
-//!    - `passes::order` (`order.wgsl`) sorts the cells by their centroids;
+//!    - `passes::order` (`order.wgsl`) sorts the cells by their centroids on the device, or
+//!      `centroids` on the CPU;
 //!    - `mpvo` finds what is behind what across faces (Williams 1992);
 //!    - `tiles` and `passes::lists` (`fill.wgsl`, `composite.wgsl`) keep the fragments
 //!      and sort them in each pixel (Carpenter's A-buffer).
@@ -86,6 +87,7 @@
 //! - Where the device cannot blend f32, sums are kept in f16 and the frame says so,
 //!   except with [`Order::PerPixel`], which does not blend.
 
+mod centroids;
 mod faces;
 mod frame;
 mod gpu_data;
@@ -97,7 +99,7 @@ mod tiles;
 mod volume;
 
 pub use options::{
-    CellLayout, DepthFormat, ExitSearch, Integration, Order, ProjectionOptions, SurfaceSearch,
+    CellLayout, DepthFormat, ExitSearch, Integration, Order, ProjectionOptions, Sort, SurfaceSearch,
 };
 pub use renderer::{DepthTarget, Projection};
 

@@ -1,8 +1,9 @@
 //! What can be chosen.
 
 use tetrascope_core::{Appearance, Error, OpticalModel};
+use tetrascope_gpu::Gpu;
 pub use tetrascope_gpu::Integration;
-use tetrascope_gpu::wgpu::{CompareFunction, TextureFormat};
+use tetrascope_gpu::wgpu::{CompareFunction, DeviceType, TextureFormat};
 
 use crate::NAME;
 
@@ -17,6 +18,8 @@ pub struct ProjectionOptions {
     pub integration: Integration,
     /// In which order cells are drawn where the optical model does not commute.
     pub order: Order,
+    /// Where [`Order::Centroid`] sorts.
+    pub sort: Sort,
     /// Bytes that [`Order::PerPixel`] may take for the fragments of one tile of the
     /// image, 24 each. With less, there are more tiles, and each draws all cells.
     pub fragment_bytes: u64,
@@ -40,6 +43,7 @@ impl Default for ProjectionOptions {
             cell_layout: CellLayout::SharedVertices,
             integration: Integration::Exact,
             order: Order::Centroid,
+            sort: Sort::Auto,
             fragment_bytes: 1 << 28,
             minimum_side: 128,
             surfaces: SurfaceSearch::Exact,
@@ -93,6 +97,21 @@ pub enum Order {
     Mpvo,
     /// Fragments are sorted in each pixel: exact in any mesh.
     PerPixel,
+}
+
+/// Where [`Order::Centroid`] sorts. Keys and ties are the same, so the picture is too but
+/// for cells whose keys differ by rounding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Sort {
+    /// On the CPU where the device is one too (llvmpipe), else on the device. A frame of the
+    /// Blunt Fin's 187 395 cells takes 0.12 s of 1.4 s of CPU time less so, and does not
+    /// wait between passes.
+    Auto,
+    /// By the radix sort of `tetrascope-gpu`, so that nothing is sent for a frame.
+    Gpu,
+    /// By one on the CPU, which sends 4 bytes for each cell or piece of one.
+    Cpu,
 }
 
 /// How isosurfaces are found in a cell (§5.2).
@@ -229,4 +248,19 @@ impl Order {
         ("mpvo", Order::Mpvo),
         ("per-pixel", Order::PerPixel),
     ];
+}
+
+impl Sort {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Sort); 3] =
+        [("auto", Sort::Auto), ("gpu", Sort::Gpu), ("cpu", Sort::Cpu)];
+
+    /// Whether that is on the CPU.
+    pub(crate) fn is_on_cpu(self, gpu: &Gpu) -> bool {
+        match self {
+            Sort::Auto => gpu.info().device_type == DeviceType::Cpu,
+            Sort::Gpu => false,
+            Sort::Cpu => true,
+        }
+    }
 }

@@ -15,6 +15,7 @@ use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, timer};
 
+use crate::centroids::Centroids;
 use crate::frame::{along_rays, camera_space, frame};
 use crate::mpvo::Mpvo;
 use crate::options::{ExitSearch, Order, ProjectionOptions};
@@ -77,6 +78,7 @@ struct Scene {
 enum Sorter {
     None,
     Centroid(OrderPass),
+    CentroidOnCpu,
     Mpvo,
     PerPixel(ListPass),
 }
@@ -86,6 +88,7 @@ enum Sorter {
 enum Sorting {
     None,
     Centroid(OrderData),
+    CentroidOnCpu(Centroids),
     Mpvo(Mpvo),
     PerPixel,
 }
@@ -262,12 +265,20 @@ impl Projection {
                         pass.record(gpu, encoder, &uniform.frame, data);
                     })?;
                     stats.passes += 1;
-                } else if let Sorting::Mpvo(mpvo) = sorting {
-                    let sorted = mpvo.sorted(view, normalization);
-                    stats.visibility_cycles = Some(sorted.cycles);
-                    let items = scene.look.items_of(sorted.cells);
+                }
+                let sorted = match sorting {
+                    Sorting::CentroidOnCpu(centroids) => Some(centroids.sorted(&uniform.values)),
+                    Sorting::Mpvo(mpvo) => {
+                        let sorted = mpvo.sorted(view, normalization);
+                        stats.visibility_cycles = Some(sorted.cycles);
+                        Some(sorted.cells)
+                    }
+                    _ => None,
+                };
+                if let Some(cells) = sorted {
+                    let items = scene.look.items_of(cells);
                     stats.bytes_uploaded = 4 * items.len() as u64;
-                    let label = "projection::mpvo";
+                    let label = "projection::sorted";
                     let items = gpu.upload(label, &items, BufferUsages::STORAGE)?;
                     let uploaded = Uploaded {
                         geometry: &scene.geometry,
@@ -312,6 +323,7 @@ impl Projection {
         let upload =
             |gpu: &Gpu, bytes: &[u8]| gpu.upload("projection::frame", bytes, BufferUsages::UNIFORM);
         Ok(FrameData {
+            values: uniform,
             frame: upload(&self.gpu, bytemuck::bytes_of(&uniform))?,
             look: upload(&self.gpu, bytemuck::bytes_of(&look))?,
             items,
@@ -391,12 +403,11 @@ impl Projection {
             &look.drawn,
             &look.pieces.list,
         ];
-        let textures = [&geometry.transformed, &look.intervals];
         // Four numbers a texel.
-        let texels = |t: &&wgpu::Texture| 16 * u64::from(t.width()) * u64::from(t.height());
+        let texels = |t: &wgpu::Texture| 16 * u64::from(t.width()) * u64::from(t.height());
         let (order_bytes, sorted) = match &scene.sorting {
             Sorting::Centroid(data) => (data.bytes(), true),
-            Sorting::Mpvo(_) => (0, true),
+            Sorting::CentroidOnCpu(_) | Sorting::Mpvo(_) => (0, true),
             Sorting::None | Sorting::PerPixel => (0, false),
         };
         let drawn = look.cells.len() as u64;
@@ -413,13 +424,15 @@ impl Projection {
             None => buffers[..3].iter().map(|b| b.size()).sum(),
         };
         stats.bytes_per_cell = Some(layout as f64 / geometry.mesh.cell_count().max(1) as f64);
-        stats.bytes_resident = order_bytes
+        let per_view = order_bytes + texels(&geometry.transformed);
+        stats.bytes_per_view = Some(per_view);
+        stats.bytes_resident = per_view
             + surfaces
             + faces
             + self.face_pass.as_ref().map_or(0, FacePass::bytes)
             + look.table.bytes()
             + buffers.iter().map(|b| b.size()).sum::<u64>()
-            + textures.iter().map(texels).sum::<u64>();
+            + texels(&look.intervals);
         if matches!(
             self.format(),
             TextureFormat::R16Float | TextureFormat::Rgba16Float
@@ -579,6 +592,9 @@ impl Parts<'_> {
             Sorter::Centroid(pass) => {
                 Sorting::Centroid(pass.data(gpu, &geometry, &field.scalars, &look)?)
             }
+            Sorter::CentroidOnCpu => {
+                Sorting::CentroidOnCpu(Centroids::new(&geometry, look.cells.clone()))
+            }
             Sorter::Mpvo => {
                 let normalization = &geometry.normalization;
                 Sorting::Mpvo(Mpvo::new(&geometry.mesh, normalization, &look.cells))
@@ -667,6 +683,7 @@ impl Sorter {
         if matches!(self, Sorter::None) && !model.commutes() {
             *self = match options.order {
                 Order::Unsorted => Sorter::None,
+                Order::Centroid if options.sort.is_on_cpu(gpu) => Sorter::CentroidOnCpu,
                 Order::Centroid => Sorter::Centroid(OrderPass::new(gpu)?),
                 Order::Mpvo => Sorter::Mpvo,
                 Order::PerPixel => Sorter::PerPixel(ListPass::new(gpu, cell_pass)?),

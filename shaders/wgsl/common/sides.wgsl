@@ -47,61 +47,96 @@ fn side_rounded(a: vec2f, b: vec2f) -> i32 {
     return select(select(TIED, -1, left < right), 1, left > right);
 }
 
-// The sides of the edges 01, 02, 03, and of 12, 13, 23.
+// Whether the edges 01, 02, 03, and 12, 13, 23, pass on the positive side. Where the ends
+// of one coincide it is said to pass on the other; no face with such an edge is crossed,
+// as its other two pass on opposite sides.
 struct Sides {
-    of_first: vec3i,
-    of_rest: vec3i,
+    of_first: vec3<bool>,
+    of_rest: vec3<bool>,
 }
 
 fn sides(p0: vec2f, p1: vec2f, p2: vec2f, p3: vec2f) -> Sides {
-    var s = Sides(
-        vec3i(side_rounded(p0, p1), side_rounded(p0, p2), side_rounded(p0, p3)),
-        vec3i(side_rounded(p1, p2), side_rounded(p1, p3), side_rounded(p2, p3)),
-    );
+    if INTEGER_SIDES {
+        return Sides(
+            vec3i(side(p0, p1), side(p0, p2), side(p0, p3)) > vec3i(0),
+            vec3i(side(p1, p2), side(p1, p3), side(p2, p3)) > vec3i(0),
+        );
+    }
+    let l_first = vec3f(p0.x * p1.y, p0.x * p2.y, p0.x * p3.y);
+    let r_first = vec3f(p0.y * p1.x, p0.y * p2.x, p0.y * p3.x);
+    let l_rest = vec3f(p1.x * p2.y, p1.x * p3.y, p2.x * p3.y);
+    let r_rest = vec3f(p1.y * p2.x, p1.y * p3.x, p2.y * p3.x);
+    var s = Sides(l_first > r_first, l_rest > r_rest);
     // Ties are rare. Software rasterizers run both sides of each branch, so one at a time
     // costs them a sixth of six.
+    var tied_first = l_first == r_first;
+    var tied_rest = l_rest == r_rest;
     for (var n = 0u; n < 6u; n++) {
-        let first = s.of_first == vec3i(TIED);
-        let rest = s.of_rest == vec3i(TIED);
-        if !any(first) && !any(rest) {
+        if !(any(tied_first) | any(tied_rest)) {
             break;
         }
-        var a = p2;
-        var b = p3;
-        a = select(a, p1, rest.x || rest.y);
-        b = select(b, p2, rest.x);
-        a = select(a, p0, any(first));
-        b = select(select(select(b, p3, first.z), p2, first.y), p1, first.x);
-        let order = side_exact(a, b);
         // The tied edge that comes first, in the order of the fields.
-        let chosen_first = first & vec3<bool>(true, !first.x, !(first.x || first.y));
-        let chosen_rest = rest & vec3<bool>(!any(first), !any(first) && !rest.x, !any(first) && !(rest.x || rest.y));
-        s.of_first = select(s.of_first, vec3i(order), chosen_first);
-        s.of_rest = select(s.of_rest, vec3i(order), chosen_rest);
+        let of_p0 = any(tied_first);
+        let of_p1 = tied_rest.x | tied_rest.y;
+        let to_p2 = select(tied_rest.x, !tied_first.x & tied_first.y, of_p0);
+        let a = select(select(p2, p1, of_p1), p0, of_p0);
+        let b = select(select(p3, p2, to_p2), p1, tied_first.x);
+        let order = side_exact(a, b) > 0;
+        let chosen_first = tied_first
+            & vec3<bool>(true, !tied_first.x, !(tied_first.x | tied_first.y));
+        let chosen_rest = tied_rest
+            & vec3<bool>(!of_p0, !(of_p0 | tied_rest.x), !(of_p0 | of_p1));
+        s.of_first = select(s.of_first, vec3<bool>(order), chosen_first);
+        s.of_rest = select(s.of_rest, vec3<bool>(order), chosen_rest);
+        tied_first = tied_first & !chosen_first;
+        tied_rest = tied_rest & !chosen_rest;
     }
     return s;
 }
 
+// Which face the ray enters and which it leaves, of those opposite vertex 0, 1, 2 and 3 of
+// a positively oriented cell: those that all three edges turn around it the same way.
+struct Turns {
+    enters: vec4<bool>,
+    leaves: vec4<bool>,
+}
+
+fn turns(s: Sides) -> Turns {
+    let first = s.of_first;
+    let rest = s.of_rest;
+    return Turns(
+        vec4<bool>(
+            rest.x & rest.z & !rest.y,
+            first.z & !rest.z & !first.y,
+            first.x & rest.y & !first.z,
+            first.y & !rest.x & !first.x,
+        ),
+        vec4<bool>(
+            !rest.x & !rest.z & rest.y,
+            !first.z & rest.z & first.y,
+            !first.x & !rest.y & first.z,
+            !first.y & rest.x & first.x,
+        ),
+    );
+}
+
 // For products that round to the same number. They differ by less than that number's
 // last place, 2²⁴ units of a 48-bit product, so the lowest 32 bits of the products of
-// the mantissas tell which is greater, once they count the same units. Without branches,
-// as software rasterizers run both sides of each.
+// the mantissas tell which is greater, once they count the same units. Where the rounded
+// products are 0 so are the exact ones, as none underflows. Without branches, as software
+// rasterizers run both sides of each.
 fn side_exact(a: vec2f, b: vec2f) -> i32 {
     let x = bitcast<vec4u>(vec4f(a.x, b.y, a.y, b.x));
-    let biased = (x >> vec4u(23u)) & vec4u(0xffu);
-    let mantissas = select(vec4u(0u), (x & vec4u(0x7fffffu)) | vec4u(0x800000u), biased != vec4u(0u));
-    let signs = select(vec4i(1), vec4i(-1), (x >> vec4u(31u)) == vec4u(1u))
-        * select(vec4i(1), vec4i(0), mantissas == vec4u(0u));
-    let left = signs.x * signs.y;
-    let right = signs.z * signs.w;
-    let exponents = vec4i(biased);
-    let apart = exponents.x + exponents.y - exponents.z - exponents.w;
+    let exponents = vec4i((x >> vec4u(23u)) & vec4u(0xffu));
+    let mantissas = (x & vec4u(0x7fffffu)) | vec4u(0x800000u);
     // Mantissas' products are within a factor of 4, so only one place apart is a tie.
-    let shift = vec2u(max(vec2i(apart, -apart), vec2i(0))) & vec2u(31u);
-    let low = vec2u(mantissas.x * mantissas.y, mantissas.z * mantissas.w) << shift;
-    let nearly = select(left * sign(bitcast<i32>(low.x - low.y)), left * sign(apart), abs(apart) > 1);
-    let order = select(nearly, sign(left - right), left != right);
-    return select(perturbed(a, b), order, order != 0);
+    let apart = exponents.x + exponents.y - exponents.z - exponents.w;
+    let left = (mantissas.x * mantissas.y) << u32(max(apart, 0) & 1);
+    let right = (mantissas.z * mantissas.w) << u32(max(-apart, 0) & 1);
+    let more = bitcast<i32>(left - right);
+    let rounded = a.x * b.y;
+    let order = select(-1, 1, (more > 0) == (rounded > 0.0));
+    return select(order, perturbed(a, b), (more == 0) | (rounded == 0.0));
 }
 
 // An exact tie: the ray is moved by (e, e^2).

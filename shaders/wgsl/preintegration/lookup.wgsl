@@ -40,6 +40,9 @@ fn segment_opacity(segment: vec4f) -> f32 {
     if has_opacities() {
         return segment.w;
     }
+    if DEEPEST <= 1.0 {
+        return thin_opacity(segment.w);
+    }
     return opacity(segment.w);
 }
 

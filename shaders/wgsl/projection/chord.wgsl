@@ -28,49 +28,35 @@ fn chord_of(in: Varying) -> Chord {
     let p1 = on_grid(fma(-slope, in.v1.zz, in.v1.xy - through));
     let p2 = on_grid(fma(-slope, in.v2.zz, in.v2.xy - through));
     let p3 = on_grid(fma(-slope, in.v3.zz, in.v3.xy - through));
-    let s = sides(p0, p1, p2, p3);
-    let s01 = s.of_first.x;
-    let s02 = s.of_first.y;
-    let s03 = s.of_first.z;
-    let s12 = s.of_rest.x;
-    let s13 = s.of_rest.y;
-    let s23 = s.of_rest.z;
-    // How each face turns around the ray, for the face opposite vertex 0, 1, 2, 3, seen
-    // from outside the cell: 1 where the ray enters, −1 where it leaves, else 0.
-    let turns = vec4i(
-        same(s12, s23, -s13),
-        same(s03, -s23, -s02),
-        same(s01, s13, -s03),
-        same(s02, -s12, -s01),
-    );
-    let e01 = edge(p0, p1);
-    let e02 = edge(p0, p2);
-    let e03 = edge(p0, p3);
-    let e12 = edge(p1, p2);
-    let e13 = edge(p1, p3);
-    let e23 = edge(p2, p3);
-    let w0 = vec4f(0.0, e23, -e13, e12);
-    let w1 = vec4f(-e23, 0.0, e03, -e02);
-    let w2 = vec4f(e13, -e03, 0.0, e01);
-    let w3 = vec4f(-e12, e02, -e01, 0.0);
+    let turns = turns(sides(p0, p1, p2, p3));
+    // Twice the area that the ray spans with each edge: the weight of the vertex opposite
+    // in a face. The sides being known, rounding alone gives one the wrong sign.
+    let a01 = abs(edge(p0, p1));
+    let a02 = abs(edge(p0, p2));
+    let a03 = abs(edge(p0, p3));
+    let a12 = abs(edge(p1, p2));
+    let a13 = abs(edge(p1, p3));
+    let a23 = abs(edge(p2, p3));
+    // Of the vertices, in the face opposite vertex 0, 1, 2, 3.
+    let w0 = vec4f(0.0, a23, a13, a12);
+    let w1 = vec4f(a23, 0.0, a03, a02);
+    let w2 = vec4f(a13, a03, 0.0, a01);
+    let w3 = vec4f(a12, a02, a01, 0.0);
     let depths = vec4f(in.v0.z, in.v1.z, in.v2.z, in.v3.z);
     let values = vec4f(in.v0.w, in.v1.w, in.v2.w, in.v3.w);
-    let none = vec4f(0.0);
-    let enters = turns == vec4i(1);
-    let leaves = turns == vec4i(-1);
+    let enters = turns.enters;
+    let leaves = turns.leaves;
     let entry = point(
-        select(none, w0, enters.x) + select(none, w1, enters.y)
-            + select(none, w2, enters.z) + select(none, w3, enters.w),
+        select(select(select(w3, w2, enters.z), w1, enters.y), w0, enters.x),
         depths, values,
     );
     let exit = point(
-        -(select(none, w0, leaves.x) + select(none, w1, leaves.y)
-            + select(none, w2, leaves.z) + select(none, w3, leaves.w)),
+        select(select(select(w3, w2, leaves.z), w1, leaves.y), w0, leaves.x),
         depths, values,
     );
     let left = what_is_left(through, slope, entry, exit);
     let height = left.back.x - left.front.x;
-    if !any(enters) || !any(leaves) || height <= 0.0 {
+    if !(any(enters) & any(leaves) & (height > 0.0)) {
         return Chord(0.0, 0.0, 0.0, 0.0, vec2f(1.0));
     }
     var cue = vec2f(1.0);
@@ -108,18 +94,12 @@ fn what_is_left(through: vec2f, slope: vec2f, entry: vec2f, exit: vec2f) -> Part
     return part;
 }
 
-fn same(a: i32, b: i32, c: i32) -> i32 {
-    return select(0, a, a == b && b == c);
-}
-
 fn edge(p: vec2f, q: vec2f) -> f32 {
     return p.x * q.y - p.y * q.x;
 }
 
-// Depth and scalar where the ray crosses a face. The sides being known, rounding alone
-// makes a weight negative; with positive ones both stay between the vertices'.
+// Depth and scalar where the ray crosses a face: means of its vertices', so between them.
 fn point(weights: vec4f, depths: vec4f, values: vec4f) -> vec2f {
-    let positive = max(weights, vec4f(0.0));
-    let total = dot(positive, vec4f(1.0));
-    return vec2f(dot(positive, depths), dot(positive, values)) / max(total, 1e-36);
+    let total = dot(weights, vec4f(1.0));
+    return vec2f(dot(weights, depths), dot(weights, values)) / max(total, 1e-36);
 }

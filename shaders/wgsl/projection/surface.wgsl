@@ -43,18 +43,12 @@ fn fs_surface(in: Varying) -> Met {
     let p1 = vec4f(on_grid(fma(-slope, in.v1.zz, in.v1.xy - through)), in.v1.zw);
     let p2 = vec4f(on_grid(fma(-slope, in.v2.zz, in.v2.xy - through)), in.v2.zw);
     let p3 = vec4f(on_grid(fma(-slope, in.v3.zz, in.v3.xy - through)), in.v3.zw);
-    let s = sides(p0.xy, p1.xy, p2.xy, p3.xy);
-    let turns = vec4i(
-        same(s.of_rest.x, s.of_rest.z, -s.of_rest.y),
-        same(s.of_first.z, -s.of_rest.z, -s.of_first.y),
-        same(s.of_first.x, s.of_rest.y, -s.of_first.z),
-        same(s.of_first.y, -s.of_rest.x, -s.of_first.x),
-    );
-    if !any(turns == vec4i(1)) || !any(turns == vec4i(-1)) {
+    let turns = turns(sides(p0.xy, p1.xy, p2.xy, p3.xy));
+    if !any(turns.enters) || !any(turns.leaves) {
         discard;
     }
-    let entry = crossed_face(turns == vec4i(1), p0, p1, p2, p3);
-    let exit = crossed_face(turns == vec4i(-1), p0, p1, p2, p3);
+    let entry = crossed_face(turns.enters, p0, p1, p2, p3);
+    let exit = crossed_face(turns.leaves, p0, p1, p2, p3);
     let left = what_is_left(through, slope, entry, exit);
     if left.back.x < left.front.x {
         discard;

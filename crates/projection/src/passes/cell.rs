@@ -13,6 +13,7 @@ use tetrascope_shaders::projection::CELL;
 use super::faces::FacePass;
 use super::lists::{self, ListPass};
 use super::surface::{self, SurfaceData, SurfacePass};
+use crate::gpu_data;
 use crate::volume::{Field, Geometry, Look};
 
 /// Cells that one draw call covers: its 16-bit indices number four corners of each.
@@ -43,6 +44,7 @@ pub(crate) struct Uploaded<'a> {
 /// are submitted.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameData {
+    pub(crate) values: gpu_data::Frame,
     pub(crate) frame: wgpu::Buffer,
     pub(crate) look: wgpu::Buffer,
     /// Surfaces and lights, as `surfaces.wgsl` wants them.

@@ -3,7 +3,7 @@
 use tetrascope_core::{Error, OpticalModel, Volume};
 use tetrascope_projection::{
     ABILITIES, CellLayout, ExitSearch, Integration, NAME, Order, Projection, ProjectionOptions,
-    SurfaceSearch,
+    Sort, SurfaceSearch,
 };
 
 use super::{Algorithm, Promise, choice};
@@ -24,6 +24,12 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             about: "the order of cells, where the optical model does not commute",
             values: Values::Choice(&["unsorted", "centroid", "mpvo", "per-pixel"]),
             default: "centroid",
+        },
+        Setting {
+            name: "sort",
+            about: "where order=centroid sorts; auto is the CPU where the device is a software one",
+            values: Values::Choice(&["auto", "gpu", "cpu"]),
+            default: "auto",
         },
         Setting {
             name: "integration",
@@ -170,6 +176,7 @@ fn promise(settings: &Settings) -> Promise {
 fn options(settings: &Settings) -> ProjectionOptions {
     ProjectionOptions {
         order: choice(settings, "order", &Order::ALL),
+        sort: choice(settings, "sort", &Sort::ALL),
         integration: choice(settings, "integration", &Integration::ALL)(
             settings.integer("table-size") as u32,
         ),
@@ -204,6 +211,7 @@ mod tests {
             other => panic!("{name}: {other:?}"),
         };
         assert_eq!(offered("order"), words(&Order::ALL));
+        assert_eq!(offered("sort"), words(&Sort::ALL));
         assert_eq!(offered("integration"), words(&Integration::ALL));
         assert_eq!(offered("exit"), words(&ExitSearch::ALL));
         assert_eq!(offered("layout"), words(&CellLayout::ALL));

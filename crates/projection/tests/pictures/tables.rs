@@ -1,38 +1,11 @@
 //! Pictures from tables of integrals against the ground truth.
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::{
-    Appearance, Camera, CameraFit, Frame, Knot, OpticalModel, TransferFunction, View, Volume,
-    VolumeRenderer as _,
-};
-use tetrascope_datasets::{Options, find};
+use tetrascope_core::{Appearance, Frame, Knot, OpticalModel, TransferFunction, View, Volume};
 use tetrascope_gpu::{Gpu, Integration, testing};
-use tetrascope_projection::{Order, Projection, ProjectionOptions};
-use tetrascope_reference::{Reference, ReferenceOptions};
+use tetrascope_projection::{Order, ProjectionOptions};
 
-fn mesh(name: &str, cells: u64) -> Volume {
-    let options = Options {
-        cells: Some(cells),
-        seed: None,
-    };
-    let mesh = find(name).expect("a data set").mesh(&options);
-    Volume::Mesh(mesh.expect("a mesh"))
-}
-
-/// From a crooked side.
-fn view(volume: &Volume, orthographic: bool) -> View {
-    let bounds = volume.bounds();
-    let camera = Camera::fit(&bounds, CameraFit::PlusIso, orthographic, 1.0);
-    View {
-        camera: Camera {
-            position: camera.position + bounds.diagonal() * DVec3::new(0.3, -0.1, 0.07),
-            ..camera
-        },
-        width: 64,
-        height: 64,
-        background: [0.2, 0.3, 0.1, 0.6],
-    }
-}
+use crate::common::{crooked, difference, drawn, mesh, truth};
 
 /// Greatest extinction times the mesh's diagonal.
 const DEPTH: f64 = 4.0;
@@ -56,7 +29,7 @@ fn smooth(volume: &Volume) -> TransferFunction {
     TransferFunction::new(knots.collect()).expect("sorted")
 }
 
-fn drawn(
+fn tabled(
     gpu: &Gpu,
     volume: &Volume,
     appearance: &Appearance,
@@ -68,25 +41,7 @@ fn drawn(
         order: Order::PerPixel,
         ..ProjectionOptions::default()
     };
-    let renderer = Projection::new(gpu, volume, appearance, &options).expect("it fits");
-    renderer.render(view).expect("a picture")
-}
-
-fn truth(volume: &Volume, appearance: &Appearance, view: &View) -> Frame {
-    let options = ReferenceOptions::default();
-    let reference = Reference::new(volume, appearance, &options).expect("a mesh");
-    reference.render(view).expect("a picture")
-}
-
-/// Root mean square and greatest difference over all channels.
-fn difference(a: &Frame, b: &Frame) -> (f64, f64) {
-    let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
-    let squares: Vec<f64> = pairs.map(|(x, y)| f64::from(x - y).powi(2)).collect();
-    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    (
-        mean.sqrt(),
-        squares.iter().copied().fold(0.0, f64::max).sqrt(),
-    )
+    drawn(gpu, volume, appearance, view, &options)
 }
 
 /// The longest edge over the diagonal.
@@ -145,7 +100,7 @@ fn pictures_from_tables_are_within_the_bound_of_their_samples() {
         for optical_model in OpticalModel::VOLUMETRIC {
             let appearance = Appearance::new(smooth(&volume), optical_model);
             for (orthographic, n) in [(false, 16), (true, 64)] {
-                let view = view(&volume, orthographic);
+                let view = crooked(&volume, orthographic, 64);
                 let truth = truth(&volume, &appearance, &view);
                 let two = Integration::Table2d { n };
                 let three = Integration::Table3d { n };
@@ -155,7 +110,7 @@ fn pictures_from_tables_are_within_the_bound_of_their_samples() {
                     _ => vec![two],
                 };
                 for integration in tables {
-                    let frame = drawn(&gpu, &volume, &appearance, integration, &view);
+                    let frame = tabled(&gpu, &volume, &appearance, integration, &view);
                     let (rms, greatest) = difference(&frame, &truth);
                     let bound = bound(optical_model, integration, longest);
                     let subject = format!("{name} {optical_model:?} {integration:?}");
@@ -178,7 +133,7 @@ fn pictures_converge_in_second_order() {
         return;
     };
     let volume = mesh("sphere", 1500);
-    let view = view(&volume, false);
+    let view = crooked(&volume, false, 64);
     type OfSide = fn(u32) -> Integration;
     let cases: [(OpticalModel, OfSide); 4] = [
         (OpticalModel::Emission, |n| Integration::Table2d { n }),
@@ -192,7 +147,7 @@ fn pictures_converge_in_second_order() {
         let appearance = Appearance::new(smooth(&volume), optical_model);
         let truth = truth(&volume, &appearance, &view);
         let errors = [9, 17, 33, 65].map(|n| {
-            let frame = drawn(&gpu, &volume, &appearance, table(n), &view);
+            let frame = tabled(&gpu, &volume, &appearance, table(n), &view);
             difference(&frame, &truth).0
         });
         let order = (errors[0] / errors[3]).log2() / 3.0;

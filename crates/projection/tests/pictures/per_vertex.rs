@@ -4,39 +4,13 @@
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::{Association, Scalars};
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, Error, Frame, Knot, OpticalModel, Projection as Spread, TetMesh,
+    Appearance, Camera, Error, Frame, Knot, OpticalModel, Projection as Spread, TetMesh,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_datasets::{Options, find};
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::testing;
 use tetrascope_projection::{CellLayout, ExitSearch, Order, Projection, ProjectionOptions};
-use tetrascope_reference::{Reference, ReferenceOptions};
 
-fn scene(name: &str, cells: u64) -> (Volume, TransferFunction) {
-    let dataset = find(name).expect("a data set");
-    let options = Options {
-        cells: Some(cells),
-        seed: None,
-    };
-    let volume = Volume::Mesh(dataset.mesh(&options).expect("a mesh"));
-    let scene = dataset.scene().resolve(&volume).expect("a scene");
-    (volume, scene.appearance.transfer_function)
-}
-
-/// Crooked, so that no pixel's center is on an edge.
-fn view(volume: &Volume, orthographic: bool) -> View {
-    let bounds = volume.bounds();
-    let camera = Camera::fit(&bounds, CameraFit::PlusIso, orthographic, 1.0);
-    View {
-        camera: Camera {
-            position: camera.position + bounds.diagonal() * DVec3::new(0.3, -0.1, 0.07),
-            ..camera
-        },
-        width: 96,
-        height: 96,
-        background: [0.2, 0.3, 0.1, 0.6],
-    }
-}
+use crate::common::{crooked, drawn, scene, truth};
 
 fn options(exit_search: ExitSearch, cell_layout: CellLayout) -> ProjectionOptions {
     ProjectionOptions {
@@ -47,24 +21,8 @@ fn options(exit_search: ExitSearch, cell_layout: CellLayout) -> ProjectionOption
     }
 }
 
-fn drawn(
-    gpu: &Gpu,
-    volume: &Volume,
-    appearance: &Appearance,
-    view: &View,
-    options: &ProjectionOptions,
-) -> Frame {
-    let renderer = Projection::new(gpu, volume, appearance, options).expect("the mesh fits");
-    renderer.render(view).expect("a picture")
-}
-
-fn truth(volume: &Volume, appearance: &Appearance, view: &View) -> Frame {
-    let reference = Reference::new(volume, appearance, &ReferenceOptions::default());
-    reference.expect("a mesh").render(view).expect("a picture")
-}
-
 /// Root mean square, and the number of pixels that are off by more than `most`.
-fn difference(a: &Frame, b: &Frame, most: f32) -> (f64, usize) {
+fn off_by(a: &Frame, b: &Frame, most: f32) -> (f64, usize) {
     let off = |(p, q): (&[f32; 4], &[f32; 4])| {
         let off = p.iter().zip(q).map(|(x, y)| (x - y).abs());
         off.fold(0.0, f32::max)
@@ -98,15 +56,15 @@ fn interpolated_parameters_draw_the_same_picture() {
         return;
     };
     let (volume, transfer_function) = scene("sphere", 3000);
-    let view = view(&volume, true);
+    let view = crooked(&volume, true, 96);
     for model in [OpticalModel::EmissionAbsorption, OpticalModel::Emission] {
         let appearance = Appearance::new(transfer_function.clone(), model);
         let truth = truth(&volume, &appearance, &view);
         for (name, layout) in CellLayout::ALL {
             let options = options(ExitSearch::PerVertex, layout);
             let picture = drawn(&gpu, &volume, &appearance, &view, &options);
-            let (rmse, singular) = difference(&picture, &truth, 2e-2);
-            let (_, off) = difference(&picture, &truth, 4e-3);
+            let (rmse, singular) = off_by(&picture, &truth, 2e-2);
+            let (_, off) = off_by(&picture, &truth, 4e-3);
             eprintln!("{model:?} {name}: RMSE {rmse:.1e}, {off} over 4e-3, {singular} over 2e-2");
             let (allowed, worst) = match layout {
                 CellLayout::TwelveShorts => (6e-3, singular),
@@ -181,7 +139,7 @@ fn minimum_textures_lose_stretched_cells() {
             ..options(exit, CellLayout::SharedVertices)
         };
         let picture = drawn(&gpu, &volume, &appearance, &view, &options);
-        difference(&picture, &truth(&volume, &appearance, &view), 1.0).0
+        off_by(&picture, &truth(&volume, &appearance, &view), 1.0).0
     };
     let mut last = f64::INFINITY;
     for side in [16, 32, 64, 128] {
@@ -205,7 +163,7 @@ fn layouts_take_the_bytes_that_were_published() {
     };
     let (volume, transfer_function) = scene("sphere", 3000);
     let appearance = Appearance::new(transfer_function, OpticalModel::Emission);
-    let view = view(&volume, true);
+    let view = crooked(&volume, true, 96);
     let bytes = |exit, layout| {
         let picture = drawn(&gpu, &volume, &appearance, &view, &options(exit, layout));
         let stats = picture.stats;
@@ -252,7 +210,9 @@ fn what_cannot_be_had_together_is_refused() {
     };
     refused(&at_vertices, &surfaces);
     let renderer = Projection::new(&gpu, &volume, &sorted, &at_vertices).expect("it fits");
-    let error = renderer.render(&view(&volume, false)).expect_err("refused");
+    let error = renderer
+        .render(&crooked(&volume, false, 96))
+        .expect_err("refused");
     assert!(matches!(error, Error::Unsupported { .. }), "{error}");
     let many = ProjectionOptions {
         exit_search: ExitSearch::PerVertexTexture,

@@ -5,10 +5,10 @@ use tetrascope_core::{
     Appearance, Camera, CameraFit, ClipPlane, DepthCue, Error, Isosurface, OpticalModel,
     Projection as Spread, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_datasets::{Options, find};
 use tetrascope_gpu::{Gpu, testing};
 use tetrascope_projection::{ExitSearch, Integration, Order, Projection, ProjectionOptions};
-use tetrascope_reference::{Reference, ReferenceOptions};
+
+use crate::common::{reference, scene};
 
 /// A segment in f32 errs by 6e-7 of its opacity, and a sum of some hundred by as many
 /// roundings; where a ray grazes an edge or a plane, lengths err by 2⁻²⁴ over the sine
@@ -16,15 +16,10 @@ use tetrascope_reference::{Reference, ReferenceOptions};
 const RMSE: f64 = 2e-6;
 const MAX: f64 = 1e-4;
 
-fn scene(name: &str, cells: u64) -> (Volume, Appearance) {
-    let dataset = find(name).expect("a data set");
-    let options = Options {
-        cells: Some(cells),
-        ..Options::default()
-    };
-    let volume = Volume::Mesh(dataset.mesh(&options).expect("a mesh"));
-    let scene = dataset.scene().resolve(&volume).expect("a scene");
-    (volume, scene.appearance)
+fn dressed(name: &str, cells: u64) -> (Volume, Appearance) {
+    let (volume, transfer_function) = scene(name, cells);
+    let model = OpticalModel::EmissionAbsorption;
+    (volume, Appearance::new(transfer_function, model))
 }
 
 fn views(volume: &Volume) -> [View; 3] {
@@ -64,8 +59,7 @@ fn errors(gpu: &Gpu, volume: &Volume, look: &Appearance, order: Order) -> Vec<(u
         ..ProjectionOptions::default()
     };
     let renderer = Projection::new(gpu, volume, look, &options).expect("it draws all");
-    let truth = Reference::new(volume, look, &ReferenceOptions::default());
-    let truth = truth.expect("it draws all");
+    let truth = reference(volume, look);
     let of_view = |view: View| {
         let frame = renderer.render(&view).expect("a frame");
         let truth = truth.render_exact(&view).expect("a frame");
@@ -96,7 +90,7 @@ fn clip_planes_and_cues_agree_with_the_reference() {
         ("sphere", 2000, Order::Mpvo),
         ("torus", 1500, Order::PerPixel),
     ] {
-        let (volume, appearance) = scene(name, cells);
+        let (volume, appearance) = dressed(name, cells);
         for model in OpticalModel::VOLUMETRIC {
             for cued in [false, true] {
                 let look = Appearance {
@@ -120,7 +114,7 @@ fn surfaces_are_cut_and_cued() {
     let Some(gpu) = testing::gpu("surfaces_are_cut_and_cued") else {
         return;
     };
-    let (volume, appearance) = scene("sphere", 2000);
+    let (volume, appearance) = dressed("sphere", 2000);
     let surface = |value, color: [f64; 3]| Isosurface {
         value,
         color: color.into(),
@@ -145,7 +139,7 @@ fn modes_that_cannot_say_why() {
     let Some(gpu) = testing::gpu("modes_that_cannot_say_why") else {
         return;
     };
-    let (volume, mut look) = scene("sphere", 5);
+    let (volume, mut look) = dressed("sphere", 5);
     let refused = |look: &Appearance, options: &ProjectionOptions| {
         let error = Projection::new(&gpu, &volume, look, options).err();
         matches!(error, Some(Error::Unsupported { .. }))

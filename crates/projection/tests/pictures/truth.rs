@@ -3,38 +3,19 @@
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::{Association, Scalars};
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, Error, Frame, Knot, OpticalModel, Projection as Spread, TetMesh,
+    Appearance, Camera, CameraFit, Error, Knot, OpticalModel, Projection as Spread, TetMesh,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_datasets::{Options, find};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::{Gpu, read_back, testing, wgpu};
-use tetrascope_projection::{Order, Projection, ProjectionOptions};
-use tetrascope_reference::{Reference, ReferenceOptions};
+use tetrascope_projection::{Order, Projection, ProjectionOptions, Sort};
 
-/// A data set with its own transfer function.
-fn scene(name: &str, cells: u64) -> (Volume, TransferFunction) {
-    let dataset = find(name).expect("a data set");
-    let options = Options {
-        cells: Some(cells),
-        seed: None,
-    };
-    let volume = Volume::Mesh(dataset.mesh(&options).expect("a mesh"));
-    let scene = dataset.scene().resolve(&volume).expect("a scene");
-    (volume, scene.appearance.transfer_function)
-}
+use crate::common::{EXACT, crooked, difference, drawn, scene, truth};
 
 /// From two sides, from a crooked one and along an axis, both projections, and from inside.
 fn views(volume: &Volume) -> Vec<(&'static str, View)> {
     let bounds = volume.bounds();
     let fit = |side, orthographic| Camera::fit(&bounds, side, orthographic, 1.0);
-    let crooked = |orthographic| {
-        let camera = fit(CameraFit::PlusIso, orthographic);
-        Camera {
-            position: camera.position + bounds.diagonal() * DVec3::new(0.3, -0.1, 0.07),
-            ..camera
-        }
-    };
     // Not a vertex: an irrational share of the box.
     let eye = bounds.min + bounds.size() * DVec3::new(0.41, 0.47, 0.53);
     let inside = Camera {
@@ -49,53 +30,19 @@ fn views(volume: &Volume) -> Vec<(&'static str, View)> {
         },
         ..inside
     };
+    let crooked = |orthographic| crooked(volume, orthographic, 96);
     let view = |camera| View {
         camera,
-        width: 96,
-        height: 96,
-        background: [0.2, 0.3, 0.1, 0.6],
+        ..crooked(true)
     };
     vec![
-        ("perspective", view(crooked(false))),
-        ("orthographic", view(crooked(true))),
+        ("perspective", crooked(false)),
+        ("orthographic", crooked(true)),
         ("along an axis", view(fit(CameraFit::PlusX, true))),
         ("inside", view(inside)),
         ("plane inside", view(plane_inside)),
     ]
 }
-
-fn drawn(gpu: &Gpu, volume: &Volume, appearance: &Appearance, view: &View) -> Frame {
-    let options = ProjectionOptions::default();
-    let renderer = Projection::new(gpu, volume, appearance, &options).expect("the mesh fits");
-    renderer.render(view).expect("nothing can fail")
-}
-
-fn truth(volume: &Volume, appearance: &Appearance, view: &View) -> Frame {
-    let options = ReferenceOptions::default();
-    let reference = Reference::new(volume, appearance, &options).expect("a mesh");
-    reference.render(view).expect("a picture")
-}
-
-/// Root mean square and greatest difference over all channels.
-fn difference(a: &Frame, b: &Frame) -> (f64, f64) {
-    assert_eq!((a.width, a.height), (b.width, b.height));
-    let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
-    let squares: Vec<f64> = pairs.map(|(x, y)| f64::from(x - y).powi(2)).collect();
-    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    (
-        mean.sqrt(),
-        squares.iter().copied().fold(0.0, f64::max).sqrt(),
-    )
-}
-
-/// Root mean square and greatest error of a picture that is exact but for rounding.
-///
-/// Which cells a ray crosses is decided alike for all, so only f32 is left. Vertices
-/// are rounded by up to 2⁻²⁴ of the mesh's size, and the shear to a ray adds a few of
-/// that: 2e-7. In most pixels that is the error of the whole chord, times extinctions up
-/// to some 20 a size and a slope: 2e-5. In a face seen edge on to within 1/500 it is
-/// 500 times that, 2e-3, in a pixel or two.
-const EXACT: (f64, f64) = (2e-5, 2e-3);
 
 /// Draws `name` in every view, in the model that needs `order`, or for
 /// [`Order::Unsorted`] in those that need none, and compares with the truth.
@@ -146,6 +93,35 @@ fn the_sphere_is_drawn_right() {
 fn the_torus_is_drawn_right() {
     let test = "the_torus_is_drawn_right";
     compare(test, "torus", 3000, Order::Centroid, MISORDERED);
+}
+
+// The same keys but for rounding, and ties in the same order: a crooked view of a mesh has
+// no two cells so near to one distance, or they do not hide each other.
+#[test]
+fn centroids_are_sorted_alike_on_the_device_and_on_the_cpu() {
+    let test = "centroids_are_sorted_alike_on_the_device_and_on_the_cpu";
+    let Some(gpu) = testing::gpu(test) else {
+        return;
+    };
+    for name in ["sphere", "torus"] {
+        let (volume, transfer_function) = scene(name, 3000);
+        let model = OpticalModel::EmissionAbsorption;
+        let appearance = Appearance::new(transfer_function, model);
+        for (from, view) in views(&volume) {
+            let [gpu_frame, cpu_frame] = [Sort::Gpu, Sort::Cpu].map(|sort| {
+                let options = ProjectionOptions {
+                    sort,
+                    ..ProjectionOptions::default()
+                };
+                drawn(&gpu, &volume, &appearance, &view, &options)
+            });
+            assert_eq!(gpu_frame.stats.bytes_uploaded, 0);
+            assert!(cpu_frame.stats.bytes_uploaded > 0);
+            assert_eq!(gpu_frame.stats.cells_sorted, cpu_frame.stats.cells_sorted);
+            let (rmse, worst) = difference(&gpu_frame, &cpu_frame);
+            assert!(worst < 1e-6, "{name} {from}: {rmse:e} {worst:e}");
+        }
+    }
 }
 
 #[test]
@@ -409,7 +385,7 @@ fn shared_faces_leave_no_seams() {
                 height: size,
                 background: [0.0; 4],
             };
-            let frame = drawn(&gpu, &volume, &appearance, &view);
+            let frame = drawn(&gpu, &volume, &appearance, &view, &Default::default());
             let expected = -(-2.0_f64).exp_m1();
             for (i, pixel) in frame.pixels.iter().enumerate() {
                 // 24 cells at most on a ray, each off by less than 2⁻²² of its depth.
@@ -439,6 +415,7 @@ fn holes_are_left_out() {
         &volume,
         &constant(1.0, OpticalModel::Absorption),
         &view,
+        &Default::default(),
     );
     let alpha = |column, row| f64::from(frame.pixel(column, row)[3]);
     assert!((alpha(31, 31) + (-2.0_f64 / 3.0).exp_m1()).abs() < 1e-6);
@@ -467,7 +444,7 @@ fn a_cell_around_the_eye_starts_at_the_eye() {
         background: [0.0; 4],
     };
     let appearance = constant(1.0, OpticalModel::EmissionAbsorption);
-    let frame = drawn(&gpu, &volume, &appearance, &view);
+    let frame = drawn(&gpu, &volume, &appearance, &view, &Default::default());
     for (column, row) in [(32, 32), (0, 0), (64, 7), (11, 50)] {
         let ray = view.ray(column, row);
         // All of these rays leave through the face z = 0.
@@ -489,7 +466,10 @@ fn what_is_left_out_is_counted() {
     };
     let view = views(&volume)[0].1;
     let mut appearance = Appearance::new(transfer_function, OpticalModel::EmissionAbsorption);
-    let options = ProjectionOptions::default();
+    let options = ProjectionOptions {
+        sort: Sort::Gpu,
+        ..ProjectionOptions::default()
+    };
     let mut renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
     let tf = &appearance.transfer_function;
     let shows = |cell| {
@@ -542,6 +522,40 @@ fn what_is_left_out_is_counted() {
     assert!(frame.pixels.iter().all(|p| *p == background));
 }
 
+// Target of the layout of shared vertices: at most 64 bytes a cell, all of them whatever
+// the view.
+#[test]
+fn a_cell_takes_at_most_64_bytes() {
+    let Some(gpu) = testing::gpu("a_cell_takes_at_most_64_bytes") else {
+        return;
+    };
+    for name in ["sphere", "heat-sink", "orbital"] {
+        let (volume, transfer_function) = scene(name, 30_000);
+        let view = crooked(&volume, false, 16);
+        for model in OpticalModel::VOLUMETRIC {
+            let appearance = Appearance::new(transfer_function.clone(), model);
+            for (order, _) in Order::ALL.map(|(word, order)| (order, word)) {
+                for sort in [Sort::Gpu, Sort::Cpu] {
+                    let options = ProjectionOptions {
+                        order,
+                        sort,
+                        ..ProjectionOptions::default()
+                    };
+                    let stats = drawn(&gpu, &volume, &appearance, &view, &options).stats;
+                    let per_view = stats.bytes_per_view.expect("counted");
+                    let lasting = stats.bytes_resident - per_view;
+                    let a_cell = |bytes: u64| bytes as f64 / volume.cell_count() as f64;
+                    let [lasting, per_view] = [lasting, per_view].map(a_cell);
+                    eprintln!("{name} {model:?} {order:?}: {lasting:.1} and {per_view:.1}");
+                    assert!(lasting <= 64.0, "{name} {model:?} {order:?}: {lasting}");
+                    // 16 bytes a vertex, and two keys and two values for each of two pieces.
+                    assert!(0.0 < per_view && per_view <= 8.0 + 32.0, "{per_view}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn a_changed_renderer_draws_like_a_new_one() {
     let Some(gpu) = testing::gpu("a_changed_renderer_draws_like_a_new_one") else {
@@ -558,14 +572,20 @@ fn a_changed_renderer_draws_like_a_new_one() {
     let changed = renderer.render(&view).expect("a picture");
     // Scalars kept their map of the first transfer function: rounded elsewhere, by
     // 2⁻²⁴ of a width like that of the second.
-    let (rmse, _) = difference(&changed, &drawn(&gpu, &volume, &second, &view));
+    let (rmse, _) = difference(
+        &changed,
+        &drawn(&gpu, &volume, &second, &view, &Default::default()),
+    );
     assert!(rmse < 1e-6, "{rmse:e}");
 
     let (other, _) = scene("torus", 500);
     renderer.reload(&other).expect("it fits");
     let view = views(&other)[0].1;
     let changed = renderer.render(&view).expect("a picture");
-    let (rmse, _) = difference(&changed, &drawn(&gpu, &other, &second, &view));
+    let (rmse, _) = difference(
+        &changed,
+        &drawn(&gpu, &other, &second, &view, &Default::default()),
+    );
     assert!(rmse < 1e-6, "{rmse:e}");
 }
 

@@ -14,16 +14,9 @@ use tetrascope_gpu::{Gpu, read_back, testing};
 use tetrascope_projection::{
     DepthFormat, DepthTarget, Projection, ProjectionOptions, SurfaceSearch,
 };
-use tetrascope_reference::{Reference, ReferenceOptions};
+use tetrascope_reference::Reference;
 
-fn mesh(name: &str, cells: u64) -> Volume {
-    let options = Options {
-        cells: Some(cells),
-        seed: None,
-    };
-    let mesh = find(name).expect("a data set").mesh(&options);
-    Volume::Mesh(mesh.expect("a mesh"))
-}
+use crate::common::{mesh, reference};
 
 /// Surfaces at these scalars, each of its own color, under two lights.
 fn surfaces(values: &[f64]) -> Appearance {
@@ -95,11 +88,6 @@ fn views(volume: &Volume) -> [View; 4] {
 fn projection(gpu: &Gpu, volume: &Volume, appearance: &Appearance) -> Projection {
     let options = ProjectionOptions::default();
     Projection::new(gpu, volume, appearance, &options).expect("it fits")
-}
-
-fn reference(volume: &Volume, appearance: &Appearance) -> Reference {
-    let options = ReferenceOptions::default();
-    Reference::new(volume, appearance, &options).expect("a mesh")
 }
 
 fn depths(frame: &Frame) -> &[f32] {
@@ -387,7 +375,13 @@ const QUAD: [f32; 4] = [0.9, 0.8, 0.1, 1.0];
 
 impl Application {
     /// Draws the two triangles of `corners`, world space, around the quadrilateral.
-    fn draw(gpu: &Gpu, size: (u32, u32), clip_from_world: DMat4, corners: [DVec3; 4]) -> Self {
+    fn draw(
+        gpu: &Gpu,
+        size: (u32, u32),
+        clip_from_world: DMat4,
+        corners: [DVec3; 4],
+        compare: CompareFunction,
+    ) -> Self {
         let drawn = TextureUsages::RENDER_ATTACHMENT;
         let color = gpu.texture("color", size, TARGET, drawn | TextureUsages::COPY_SRC);
         let depth = gpu.texture("depth", size, DEPTH, drawn);
@@ -429,7 +423,7 @@ impl Application {
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: DEPTH,
                 depth_write_enabled: Some(true),
-                depth_compare: Some(CompareFunction::Less),
+                depth_compare: Some(compare),
                 stencil: Default::default(),
                 bias: Default::default(),
             }),
@@ -460,7 +454,7 @@ impl Application {
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &depth_view,
                 depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(1.0),
+                    load: wgpu::LoadOp::Clear(far_depth(compare)),
                     store: wgpu::StoreOp::Store,
                 }),
                 stencil_ops: None,
@@ -475,9 +469,17 @@ impl Application {
     }
 }
 
+/// What an empty depth buffer holds.
+fn far_depth(compare: CompareFunction) -> f32 {
+    match compare {
+        CompareFunction::Greater => 0.0,
+        _ => 1.0,
+    }
+}
+
 /// As an application makes it: depth 0 at the near plane, 1/20 before the eye, and 1 at
-/// the far plane, 100 before it.
-fn clip_from_world(camera: &Camera) -> DMat4 {
+/// the far plane, 100 before it; the other way around where greater depths are nearer.
+fn clip_from_world(camera: &Camera, compare: CompareFunction) -> DMat4 {
     let (right, up, forward) = camera.axes();
     let (near, far) = (0.05, 100.0);
     let row = |axis: DVec3, scale: f64| (scale * axis).extend(-scale * axis.dot(camera.position));
@@ -490,6 +492,10 @@ fn clip_from_world(camera: &Camera) -> DMat4 {
         Spread::Orthographic { parallel_scale } => (parallel_scale, slope, DVec4::W),
     };
     let z = row(forward, depth) - near * depth * DVec4::W;
+    let z = match compare {
+        CompareFunction::Greater => w - z,
+        _ => z,
+    };
     DMat4::from_cols(row(right, 1.0 / reach), row(up, 1.0 / reach), z, w).transpose()
 }
 
@@ -508,7 +514,13 @@ fn surfaces_hide_and_are_hidden_by_other_geometry() {
     let along = normal.cross(across);
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(a, b)| middle + 20.0 * (a * across + b * along));
-    for orthographic in [false, true] {
+    let (less, greater) = (CompareFunction::Less, CompareFunction::Greater);
+    for (orthographic, compare) in [
+        (false, less),
+        (true, less),
+        (false, greater),
+        (true, greater),
+    ] {
         let camera = Camera::fit(&bounds, CameraFit::PlusIso, orthographic, 1.0);
         let view = View {
             camera,
@@ -516,12 +528,12 @@ fn surfaces_hide_and_are_hidden_by_other_geometry() {
             height: 64,
             background: [0.0; 4],
         };
-        let clip_from_world = clip_from_world(&camera);
-        let application = Application::draw(&gpu, (64, 64), clip_from_world, corners);
+        let clip_from_world = clip_from_world(&camera, compare);
+        let application = Application::draw(&gpu, (64, 64), clip_from_world, corners, compare);
         let options = ProjectionOptions {
             depth_format: Some(DepthFormat {
                 format: DEPTH,
-                compare: CompareFunction::Less,
+                compare,
             }),
             target_format: TARGET,
             ..ProjectionOptions::default()
@@ -574,7 +586,13 @@ fn depth_targets_need_surfaces_and_a_format() {
     let volume = mesh("sphere", 40);
     let [view, ..] = views(&volume);
     let corners = [DVec3::ZERO; 4];
-    let application = Application::draw(&gpu, (48, 48), DMat4::IDENTITY, corners);
+    let application = Application::draw(
+        &gpu,
+        (48, 48),
+        DMat4::IDENTITY,
+        corners,
+        CompareFunction::Less,
+    );
     let target = application.color.create_view(&Default::default());
     let depth = DepthTarget {
         view: &application.depth.create_view(&Default::default()),

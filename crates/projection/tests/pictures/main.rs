@@ -1,0 +1,9 @@
+//! Pictures of cell projection against the ground truth.
+
+mod common;
+
+mod look;
+mod per_vertex;
+mod surfaces;
+mod tables;
+mod truth;
