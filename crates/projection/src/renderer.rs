@@ -1,32 +1,33 @@
 //! The renderer: what lasts, and how a frame is recorded.
 
+mod scene;
+mod surfaces;
+
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use tetrascope_core::glam::{DMat4, DVec3};
 use tetrascope_core::{
-    Appearance, Error, Frame, FrameStats, OpticalModel, Projection as Spread, TetMesh, View,
-    Volume, VolumeRenderer,
+    Appearance, Error, Frame, FrameStats, Projection as Spread, TetMesh, View, Volume,
+    VolumeRenderer,
 };
-use tetrascope_gpu::gather::{Resolve, ResolvePass, gathered_format};
+use tetrascope_gpu::gather::{Resolve, gathered_format};
 use tetrascope_gpu::look::look;
 use tetrascope_gpu::memory::{ReadBack, Source};
-use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, timer};
+use tetrascope_gpu::{Gpu, ScalarMap, Timer, read_back, timer};
 
-use crate::centroids::Centroids;
+use self::scene::{Parts, Scene, Sorter, Sorting};
+pub use self::surfaces::DepthTarget;
+use self::surfaces::prepared;
 use crate::frame::{along_rays, camera_space, frame};
-use crate::mpvo::Mpvo;
-use crate::options::{ExitSearch, Order, ProjectionOptions};
-use crate::passes::cell::{CellData, CellPass, FrameData, Into, Uploaded};
+use crate::options::{ExitSearch, ProjectionOptions};
+use crate::passes::cell::{CellPass, FrameData, Uploaded};
 use crate::passes::faces::FacePass;
 use crate::passes::lists::{self, ListPass};
-use crate::passes::order::{OrderData, OrderPass};
 use crate::passes::surface::{NO_SURFACE, SurfaceData, SurfacePass, SurfaceTextures};
-use crate::passes::transform::{TransformData, TransformPass};
+use crate::passes::transform::TransformPass;
 use crate::tiles::{boxes, tiles};
-use crate::volume::{Field, Geometry, Look, mesh_of};
+use crate::volume::{Field, Geometry, mesh_of};
 use crate::{ABILITIES, NAME};
 
 /// Pipelines and the uploaded mesh.
@@ -46,51 +47,6 @@ pub struct Projection {
     gathered: Mutex<Option<wgpu::Texture>>,
     /// The same for isosurfaces.
     surfaces: Mutex<Option<SurfaceTextures>>,
-}
-
-/// An application's depth buffer, in which isosurfaces are hidden and hide.
-#[derive(Clone, Copy, Debug)]
-pub struct DepthTarget<'a> {
-    /// A view of a texture of the view's size and of [`ProjectionOptions::depth_format`].
-    pub view: &'a wgpu::TextureView,
-    /// From world space to clip space, as for the depths that are there already. It must
-    /// see what the view's camera sees, as pixels are the camera's; depths are its own.
-    pub clip_from_world: DMat4,
-}
-
-/// All that `reload` and `restyle` replace, at once or not at all.
-#[derive(Debug)]
-struct Scene {
-    appearance: Appearance,
-    geometry: Geometry,
-    field: Field,
-    look: Look,
-    transform: TransformData,
-    sorting: Sorting,
-    surfaces: Option<SurfaceData>,
-    cell: CellData,
-    /// Into the caller's format, and into the one that `render` reads back.
-    resolve: [ResolvePass; 2],
-}
-
-/// What sorts, compiled when a model first needs it.
-#[derive(Debug)]
-enum Sorter {
-    None,
-    Centroid(OrderPass),
-    CentroidOnCpu,
-    Mpvo,
-    PerPixel(ListPass),
-}
-
-/// What it sorts with in one scene.
-#[derive(Debug)]
-enum Sorting {
-    None,
-    Centroid(OrderData),
-    CentroidOnCpu(Centroids),
-    Mpvo(Mpvo),
-    PerPixel,
 }
 
 /// Where a frame is drawn, an index of [`Scene::resolve`].
@@ -167,46 +123,6 @@ impl Projection {
     ) -> Result<FrameStats, Error> {
         let recorded = self.record(encoder, view, target, To::Caller, None)?;
         Ok(recorded.stats)
-    }
-
-    /// Records isosurfaces into `target`, as [`Projection::encode`] does, but over what is
-    /// there, and hidden by what `depth` has in front of them; the depths of those that
-    /// show are written.
-    ///
-    /// [`Error::Invalid`] without [`ProjectionOptions::depth_format`], and where another
-    /// optical model is drawn, which has no depth.
-    pub fn encode_among(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        view: &View,
-        target: &wgpu::TextureView,
-        depth: &DepthTarget,
-    ) -> Result<FrameStats, Error> {
-        view.validate()?;
-        let Some(pass) = self
-            .surface_pass
-            .as_ref()
-            .filter(|_| self.scene.surfaces.is_some())
-        else {
-            return Err(Error::invalid(
-                "a depth target, but no isosurfaces are drawn",
-            ));
-        };
-        let normalization = &self.scene.geometry.normalization;
-        let uniform = self.frame(view)?;
-        self.record_transform(encoder, &uniform, None)?;
-        let textures = self.record_surfaces(encoder, view, &uniform)?;
-        let from_normalized = camera_space(view, normalization).from_normalized;
-        let scale = DVec3::splat(normalization.scale);
-        let world_from_normalized =
-            DMat4::from_translation(normalization.center) * DMat4::from_scale(scale);
-        let clip =
-            depth.clip_from_world * world_from_normalized * DMat4::from(from_normalized.inverse());
-        let into = (target, depth.view);
-        pass.record_among(&self.gpu, encoder, (&uniform.frame, &clip), &textures, into)?;
-        let mut stats = self.stats();
-        stats.passes += 3;
-        Ok(stats)
     }
 
     fn record(
@@ -343,32 +259,6 @@ impl Projection {
             self.transform_pass
                 .record(gpu, encoder, &uniform.frame, data, times);
         })
-    }
-
-    /// Records the nearest isosurfaces; those textures are kept for the next frame.
-    fn record_surfaces(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        view: &View,
-        uniform: &FrameData,
-    ) -> Result<SurfaceTextures, Error> {
-        let (gpu, scene) = (&self.gpu, &self.scene);
-        let (Some(pass), Some(data)) = (&self.surface_pass, &scene.surfaces) else {
-            return Err(Error::invalid("no isosurfaces are drawn"));
-        };
-        let size = (view.width, view.height);
-        let mut kept = self.surfaces.lock().unwrap_or_else(PoisonError::into_inner);
-        let textures = match kept.take().filter(|textures| textures.fits(size)) {
-            Some(textures) => textures,
-            None => SurfaceTextures::new(gpu, size)?,
-        };
-        *kept = Some(textures.clone());
-        let look = pass.look_group(gpu, uniform, data)?;
-        gpu.checked("projection::surface", 0, || {
-            let cells = (&self.cell_pass, &scene.cell);
-            pass.record(gpu, encoder, (uniform, &look), cells, &textures);
-        })?;
-        Ok(textures)
     }
 
     /// The texture in which cells add up, kept for the next frame.
@@ -556,141 +446,12 @@ impl VolumeRenderer for Projection {
     }
 }
 
-/// What a [`Scene`] is made with.
-struct Parts<'a> {
-    gpu: &'a Gpu,
-    options: &'a ProjectionOptions,
-    transform_pass: &'a TransformPass,
-    cell_pass: &'a CellPass,
-    sorter: &'a Sorter,
-    surface_pass: Option<&'a SurfacePass>,
-    face_pass: Option<&'a FacePass>,
-}
-
-impl Parts<'_> {
-    fn scene(
-        &self,
-        appearance: &Appearance,
-        geometry: Geometry,
-        field: Field,
-        table: Option<&Table>,
-    ) -> Result<Scene, Error> {
-        let gpu = self.gpu;
-        let model = appearance.optical_model;
-        let integration = (self.options.integration, table);
-        // Tables and surfaces want whole segments, and lists in pixels sort those.
-        let in_lists = matches!(self.sorter, Sorter::PerPixel(_)) && !model.commutes();
-        let pieces = self.options.integration == Integration::Exact
-            && model != OpticalModel::Isosurfaces
-            && appearance.depth_cue.is_none()
-            && self.face_pass.is_none()
-            && !in_lists;
-        let look = Look::upload(gpu, &geometry, &field.map, appearance, integration, pieces)?;
-        let sorting = match self.sorter {
-            _ if model.commutes() => Sorting::None,
-            Sorter::None => Sorting::None,
-            Sorter::Centroid(pass) => {
-                Sorting::Centroid(pass.data(gpu, &geometry, &field.scalars, &look)?)
-            }
-            Sorter::CentroidOnCpu => {
-                Sorting::CentroidOnCpu(Centroids::new(&geometry, look.cells.clone()))
-            }
-            Sorter::Mpvo => {
-                let normalization = &geometry.normalization;
-                Sorting::Mpvo(Mpvo::new(&geometry.mesh, normalization, &look.cells))
-            }
-            Sorter::PerPixel(_) => Sorting::PerPixel,
-        };
-        let transform = self.transform_pass.data(gpu, &geometry, &field)?;
-        let drawn = match &sorting {
-            Sorting::Centroid(data) => data.sorted(),
-            _ => &look.drawn,
-        };
-        let surfaces = match model {
-            OpticalModel::Isosurfaces => {
-                let (map, range) = (&field.map, field.range);
-                let search = self.options.surfaces;
-                Some(SurfaceData::new(gpu, appearance, map, range, search)?)
-            }
-            _ => None,
-        };
-        let into = match (&sorting, self.sorter) {
-            (Sorting::PerPixel, Sorter::PerPixel(pass)) => Into::Lists(pass),
-            _ => Into::Sum,
-        };
-        let into = match (self.surface_pass, &surfaces) {
-            (Some(pass), Some(data)) => Into::Nearest(pass, data),
-            _ => self.face_pass.map_or(into, Into::Faces),
-        };
-        let uploaded = Uploaded {
-            geometry: &geometry,
-            field: &field,
-            look: &look,
-        };
-        let cell = self.cell_pass.data(gpu, uploaded, drawn, model, into)?;
-        let format = self.options.target_format;
-        let resolve = ResolvePass::new(gpu, model, format)?;
-        let resolve_read_back = if format == READ_BACK_FORMAT {
-            resolve.clone()
-        } else {
-            ResolvePass::new(gpu, model, READ_BACK_FORMAT)?
-        };
-        Ok(Scene {
-            appearance: appearance.clone(),
-            geometry,
-            field,
-            look,
-            transform,
-            sorting,
-            surfaces,
-            cell,
-            resolve: [resolve, resolve_read_back],
-        })
-    }
-}
-
-/// The pass that draws isosurfaces, compiled if `appearance` has them and it is not.
-fn prepared(
-    pass: Option<SurfacePass>,
-    gpu: &Gpu,
-    options: &ProjectionOptions,
-    cells: &CellPass,
-    appearance: &Appearance,
-) -> Result<Option<SurfacePass>, Error> {
-    if pass.is_some() || appearance.optical_model != OpticalModel::Isosurfaces {
-        return Ok(pass);
-    }
-    SurfacePass::new(gpu, cells, options.target_format, options.depth_format).map(Some)
-}
-
 /// What a frame's commands leave behind.
 struct Recorded {
     stats: FrameStats,
     counts: Option<Counts>,
     /// Depths along the axis, of isosurfaces.
     along: Option<wgpu::Texture>,
-}
-
-impl Sorter {
-    /// Compiles what `model` needs and is not there yet.
-    fn prepare(
-        &mut self,
-        gpu: &Gpu,
-        options: &ProjectionOptions,
-        cell_pass: &CellPass,
-        model: OpticalModel,
-    ) -> Result<(), Error> {
-        if matches!(self, Sorter::None) && !model.commutes() {
-            *self = match options.order {
-                Order::Unsorted => Sorter::None,
-                Order::Centroid if options.sort.is_on_cpu(gpu) => Sorter::CentroidOnCpu,
-                Order::Centroid => Sorter::Centroid(OrderPass::new(gpu)?),
-                Order::Mpvo => Sorter::Mpvo,
-                Order::PerPixel => Sorter::PerPixel(ListPass::new(gpu, cell_pass)?),
-            };
-        }
-        Ok(())
-    }
 }
 
 /// How many fragments each tile got, once the frame has run.

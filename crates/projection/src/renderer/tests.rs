@@ -2,7 +2,7 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::{Association, Scalars};
-use tetrascope_core::{Camera, CameraFit, Knot, TransferFunction};
+use tetrascope_core::{Camera, CameraFit, Knot, OpticalModel, TransferFunction};
 use tetrascope_gpu::{Integration, testing};
 
 use super::*;
