@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""Times VTK's unstructured volume mappers on one of our scene files.
+
+    pip install vtk
+    python benches/peers/vtk_frames.py SCENE.toml [--size 512x512] [--repeat 5] [--mapper NAME]...
+
+Prints one line a mapper: the median, the least and the greatest seconds of a frame. Nothing of a frame is kept: the
+camera is marked as modified before each. Zero-volume cells are left out, since Bunyk's mapper crashes on them.
+VTK's opacity is optical depth per unit distance for these mappers, so that the extinction of the scene, divided by
+its maximum, with that unit distance, is the same medium.
+"""
+
+import argparse
+import pathlib
+import statistics
+import time
+import tomllib
+
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+MAPPERS = {
+    "projected-tetrahedra": None,
+    "bunyk-partial": vtk.vtkUnstructuredGridPartialPreIntegration,
+    "bunyk-table": vtk.vtkUnstructuredGridPreIntegration,
+    "bunyk-linear": vtk.vtkUnstructuredGridLinearRayIntegrator,
+}
+
+
+def load(path, field):
+    reader = vtk.vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    grid = reader.GetOutput()
+    points = vtk_to_numpy(grid.GetPoints().GetData()).astype("f8")
+    cells = vtk_to_numpy(grid.GetCells().GetConnectivityArray()).reshape(-1, 4)
+    a, b, c, d = (points[cells[:, i]] for i in range(4))
+    volume = ((b - a)[:, [1, 2, 0]] * (c - a)[:, [2, 0, 1]] - (b - a)[:, [2, 0, 1]] * (c - a)[:, [1, 2, 0]])
+    kept = cells[(volume * (d - a)).sum(axis=1) != 0]
+    mesh = vtk.vtkUnstructuredGrid()
+    mesh.SetPoints(grid.GetPoints())
+    array = vtk.vtkCellArray()
+    array.SetData(4, numpy_to_vtk(kept.reshape(-1).astype("i8"), deep=1, array_type=vtk.VTK_ID_TYPE))
+    mesh.SetCells(vtk.VTK_TETRA, array)
+    scalars = grid.GetPointData().GetArray(field)
+    mesh.GetPointData().SetScalars(scalars)
+    return mesh, len(cells) - len(kept)
+
+
+def volume_property(stops):
+    greatest = max(stop["extinction"] for stop in stops)
+    color = vtk.vtkColorTransferFunction()
+    opacity = vtk.vtkPiecewiseFunction()
+    for stop in stops:
+        color.AddRGBPoint(stop["scalar"], *stop["color"])
+        opacity.AddPoint(stop["scalar"], stop["extinction"] / greatest)
+    result = vtk.vtkVolumeProperty()
+    result.SetColor(color)
+    result.SetScalarOpacity(opacity)
+    result.SetScalarOpacityUnitDistance(1.0 / greatest)
+    result.SetInterpolationTypeToLinear()
+    result.ShadeOff()
+    return result
+
+
+def window(scene, size):
+    wanted = scene["camera"]
+    camera = vtk.vtkCamera()
+    camera.SetPosition(*wanted["position"])
+    camera.SetFocalPoint(*wanted["focal_point"])
+    camera.SetViewUp(*wanted["view_up"])
+    camera.SetViewAngle(wanted["view_angle"])
+    renderer = vtk.vtkRenderer()
+    renderer.SetActiveCamera(camera)
+    renderer.SetBackground(*scene["image"]["background"][:3])
+    result = vtk.vtkRenderWindow()
+    result.SetOffScreenRendering(1)
+    result.SetMultiSamples(0)
+    result.SetSize(*size)
+    result.AddRenderer(renderer)
+    return result, renderer, camera
+
+
+def mapper_of(name, mesh):
+    if name == "projected-tetrahedra":
+        mapper = vtk.vtkProjectedTetrahedraMapper()
+    else:
+        mapper = vtk.vtkUnstructuredGridVolumeRayCastMapper()
+        mapper.SetRayCastFunction(vtk.vtkUnstructuredGridBunykRayCastFunction())
+        mapper.SetRayIntegrator(MAPPERS[name]())
+        mapper.SetAutoAdjustSampleDistances(0)
+        mapper.SetImageSampleDistance(1.0)
+    mapper.SetInputData(mesh)
+    return mapper
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("scene", type=pathlib.Path)
+    arguments.add_argument("--size", default="512x512")
+    arguments.add_argument("--repeat", type=int, default=5)
+    arguments.add_argument("--mapper", action="append", choices=list(MAPPERS))
+    arguments.add_argument("--save", type=pathlib.Path, help="folder for a PNG of each mapper")
+    arguments = arguments.parse_args()
+    scene = tomllib.loads(arguments.scene.read_text())
+    size = [int(n) for n in arguments.size.split("x")]
+    mesh, dropped = load(arguments.scene.parent / scene["volume"]["file"], scene["volume"]["field"])
+    print(f"VTK {vtk.vtkVersion.GetVTKVersion()}, {mesh.GetNumberOfCells()} cells ({dropped} of zero volume left out)")
+    runs = []
+    for name in arguments.mapper or MAPPERS:
+        volume = vtk.vtkVolume()
+        volume.SetMapper(mapper_of(name, mesh))
+        volume.SetProperty(volume_property(scene["appearance"]["transfer_function"]))
+        target, renderer, camera = window(scene, size)
+        renderer.AddVolume(volume)
+        renderer.ResetCameraClippingRange()
+        target.Render()
+        runs.append((name, target, renderer, camera, []))
+    for _ in range(arguments.repeat):
+        for _, target, _, camera, seconds in runs:
+            camera.Modified()
+            start = time.perf_counter()
+            target.Render()
+            target.WaitForCompletion()
+            seconds.append(time.perf_counter() - start)
+    for name, target, _, _, seconds in runs:
+        print(f"{name:22} median {statistics.median(seconds):.3f} s  least {min(seconds):.3f}  greatest {max(seconds):.3f}")
+        if arguments.save:
+            grab = vtk.vtkWindowToImageFilter()
+            grab.SetInput(target)
+            grab.ReadFrontBufferOff()
+            writer = vtk.vtkPNGWriter()
+            writer.SetFileName(str(arguments.save / f"{name}.png"))
+            writer.SetInputConnection(grab.GetOutputPort())
+            writer.Write()
+
+
+if __name__ == "__main__":
+    main()
