@@ -24,7 +24,7 @@ use crate::plot::{self, Series};
 use crate::report::{
     Check, Drawn, ErrorSource, ModelReport, Outcome, Pictures, Row, SceneReport, scientific,
 };
-use crate::{machine, setup};
+use crate::{figures, machine, setup};
 
 /// What to compare.
 #[derive(clap::Args)]
@@ -87,6 +87,11 @@ pub fn run(options: &Options) -> Result<bool, Error> {
         report.scenes.push(scene);
     }
     progress.finish_and_clear();
+    let models = report.scenes.iter().flat_map(|scene| &scene.models);
+    let sliced = |row: &Row| row.algorithm == "slicing" && matches!(row.outcome, Outcome::Drawn(_));
+    if models.flat_map(|model| &model.rows).any(sliced) {
+        pictures.set_figures(figures::measured());
+    }
 
     match options.json {
         true => print!("{}", report.to_json()),

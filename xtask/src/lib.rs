@@ -1,11 +1,12 @@
 //! The harness: everything that needs more than one crate.
 //!
 //! [`compare`] draws scenes with every algorithm and judges them by [`metrics`];
-//! [`report`] writes what came out, with [`plot`]s and [`picture`]s; [`setup`]
-//! gets a machine ready to draw; [`testing`] is what the tests here share.
+//! [`report`] writes what came out, with [`plot`]s, [`picture`]s and the [`figures`] that
+//! a benchmark has measured; [`setup`] gets a machine ready to draw; [`testing`] is what the tests here share.
 #![cfg(feature = "harness")]
 
 pub mod compare;
+pub mod figures;
 pub mod limits;
 pub mod machine;
 pub mod metrics;

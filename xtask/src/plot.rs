@@ -1,8 +1,11 @@
-//! The work-precision diagram: error against time, both logarithmic, as SVG.
+//! Charts as SVG: the work-precision diagram, error against time, both logarithmic; and
+//! frames a second against subdivision.
 
 use plotters::coord::ranged1d::{KeyPointHint, Ranged};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use crate::figures::Line;
 
 /// One algorithm under one optical model, over the sweep of its quality setting.
 pub struct Series {
@@ -145,6 +148,57 @@ pub fn error_against_time(
         area.present().expect("memory takes any chart");
     }
     Some(svg)
+}
+
+/// Frames a second, logarithmic, against boxes an axis, as an SVG of `size` pixels.
+pub fn rate_against_boxes(lines: &[Line], size: (u32, u32)) -> String {
+    let points = || lines.iter().flat_map(|line| line.points.iter());
+    let most = points().map(|p| f64::from(p.0).log2()).fold(1.0, f64::max);
+    let y = decades(points().map(|p| p.1));
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        let mut chart = ChartBuilder::on(&area)
+            .margin_top(14)
+            .margin_right(18)
+            .x_label_area_size(50)
+            .y_label_area_size(72)
+            .build_cartesian_2d(-0.2..most + 0.2, LogAxis(y.0, y.1))
+            .expect("memory takes any chart");
+        chart
+            .configure_mesh()
+            .x_desc("boxes an axis")
+            .y_desc("frames a second")
+            .axis_desc_style((FONT, 16).into_font().color(&INK))
+            .label_style((FONT, 15).into_font().color(&INK))
+            .bold_line_style(RGBColor(0xd9, 0xdc, 0xe0))
+            .light_line_style(TRANSPARENT)
+            .axis_style(RGBColor(0x9a, 0xa0, 0xa8))
+            .x_label_formatter(&|power| format!("{}", power.exp2().round()))
+            .y_label_formatter(&|power| power_of_ten(*power))
+            .draw()
+            .expect("memory takes any chart");
+        for line in lines {
+            let style = color(line.volume).stroke_width(2);
+            let path: Vec<_> = line
+                .points
+                .iter()
+                .map(|(boxes, rate)| (f64::from(*boxes).log2(), rate.log10()))
+                .collect();
+            let marks = path.iter().map(|at| Circle::new(*at, 4, style.filled()));
+            chart.draw_series(marks).expect("memory takes any chart");
+            match DASHES[line.look % DASHES.len()] {
+                (_, 0) => chart.draw_series(LineSeries::new(path, style)).map(drop),
+                (dash, gap) => {
+                    let dashed = DashedLineSeries::new(path, dash, gap, style);
+                    chart.draw_series(dashed).map(drop)
+                }
+            }
+            .expect("memory takes any chart");
+        }
+        area.present().expect("memory takes any chart");
+    }
+    svg
 }
 
 fn color(model: usize) -> RGBColor {

@@ -9,6 +9,7 @@ use serde::Serialize;
 use tetrascope::Promise;
 use tetrascope::core::FrameStats;
 
+use crate::figures::Figure;
 use crate::metrics::ImageError;
 
 /// The version of the JSON's layout.
@@ -184,6 +185,7 @@ pub struct Pictures {
     charts: BTreeMap<usize, String>,
     /// The algorithms in the charts, in the order of their markers.
     plotted: Vec<String>,
+    figures: Vec<Figure>,
 }
 
 /// A picture on the page.
@@ -205,6 +207,7 @@ struct Page<'a> {
     charts: Vec<Option<&'a String>>,
     misses: Vec<&'a Check>,
     plotted: &'a [String],
+    figures: &'a [Figure],
     legend_models: [&'static str; 5],
     legend_markers: [&'static str; 4],
 }
@@ -236,6 +239,11 @@ impl Pictures {
     /// Names the algorithms in the charts, in the order of their markers.
     pub fn set_plotted(&mut self, algorithms: Vec<String>) {
         self.plotted = algorithms;
+    }
+
+    /// Sets the figures of a paper that were measured before.
+    pub fn set_figures(&mut self, figures: Vec<Figure>) {
+        self.figures = figures;
     }
 
     fn card(
@@ -300,6 +308,7 @@ impl Report {
             charts,
             misses,
             plotted: &pictures.plotted,
+            figures: &pictures.figures,
             legend_models: crate::plot::COLORS,
             legend_markers: crate::plot::MARKERS,
         };

@@ -14,6 +14,7 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{CameraFit, Error, Scalars, TetMesh};
 
+use crate::random::Random;
 use crate::{Dataset, Look, knot};
 
 pub(crate) const DATASET: Dataset = Dataset {
@@ -56,15 +57,8 @@ const HULL: f64 = 3.05;
 /// Uniform in the unit ball, by rejection from the cube; sorted along a Z-order
 /// curve, so that neighbors in the list are mostly neighbors in space.
 fn random_points(count: usize, seed: u64) -> Vec<DVec3> {
-    let mut state = seed;
-    // SplitMix64 (G. Steele, D. Lea, C. Flood, 2014), 53 bits of each number.
-    let mut random = || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
+    let mut random = Random(seed);
+    let mut random = || random.signed();
     let mut points: Vec<DVec3> =
         std::iter::repeat_with(|| DVec3::new(random(), random(), random()))
             .filter(|p| p.length_squared() <= 1.0)

@@ -14,10 +14,12 @@
 //! ```
 //!
 //! Reading order: `lattice` cuts boxes into tetrahedra that agree across faces;
-//! then one module per data set.
+//! then one module per data set. [`angiography`] makes a regular grid.
 
 mod lattice;
+mod random;
 
+mod angiography;
 mod delaunay;
 mod graded;
 mod heat_sink;
@@ -28,6 +30,8 @@ mod torus;
 
 #[cfg(test)]
 mod checks;
+
+pub use angiography::{ANGIOGRAPHY_RANGE, angiography};
 
 use tetrascope_core::scene::{AppearanceSpec, CameraSpec, VolumeSource};
 use tetrascope_core::{CameraFit, Error, Knot, SceneFile, TetMesh};

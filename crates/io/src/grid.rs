@@ -16,12 +16,13 @@ pub(crate) mod raw;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use tetrascope_core::grid::{GridStream, Lattice, Samples};
+use tetrascope_core::grid::{BrickSource as _, GridStream, Lattice, Samples};
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Error, Grid, Volume};
 
 pub use raw::{ByteOrder, RawFile, RawLayout};
 
+use crate::source::Source;
 use payload::{Encoding, Payload};
 
 /// A regular grid with every scalar field that its file offers.
@@ -89,6 +90,30 @@ impl GridData {
             FieldSamples::Streamed(stream) => Volume::Stream(stream),
         };
         Ok((volume, field.name))
+    }
+
+    /// A grid whose fields, by name, stay in the file that begins with `head`; `None`
+    /// without any.
+    pub(crate) fn streamed(
+        head: &Source,
+        files: impl Iterator<Item = (String, RawFile)>,
+        mut notes: Vec<String>,
+    ) -> Result<Option<GridData>, Error> {
+        let mut fields = Vec::new();
+        for (name, file) in files {
+            fields.push(GridField {
+                name,
+                association: Association::Point,
+                lattice: file.lattice(),
+                samples: FieldSamples::Streamed(GridStream::new(Arc::new(file))?),
+            });
+        }
+        notes.push("samples are read from the file when they are needed".into());
+        Ok((!fields.is_empty()).then(|| GridData {
+            fields,
+            notes,
+            files: vec![head.path.clone()],
+        }))
     }
 
     fn no_field(&self, name: &str) -> Error {

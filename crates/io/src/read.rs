@@ -112,7 +112,7 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
     let name = name.unwrap_or_default();
     let format = match &options.raw {
         Some(layout) => Format::Raw(*layout),
-        None => Format::of(&head(path)?, &name)?,
+        None => Format::of(&head(path, 4096)?, &name)?,
     };
     if let (Some(solution), false) = (&options.solution, matches!(format, Format::Plot3d)) {
         return Err(Error::Invalid {
@@ -123,6 +123,11 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
             ),
             help: Some("a solution file goes with a Plot3D grid; leave out --solution".into()),
         });
+    }
+    if matches!(format, Format::VtkXml | Format::VtkLegacy)
+        && let Some(grid) = vtk_stream(path, &format, options.stream_above)?
+    {
+        return Ok(FileData::Grid(grid));
     }
     let description = match format {
         Format::Plot3d => {
@@ -141,11 +146,26 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
         .map(FileData::Grid)
 }
 
+/// The grid of a VTK file that stands there as it is, if it takes more than `above` bytes.
+fn vtk_stream(path: &Path, format: &Format, above: u64) -> Result<Option<GridData>, Error> {
+    // Where arrays begin; a header of more than this is read with all that follows.
+    const HEAD: u64 = 1 << 20;
+    let (_, length) = open_file(path)?;
+    if length <= above {
+        return Ok(None);
+    }
+    let head = head(path, HEAD)?;
+    match format {
+        Format::VtkXml => vtu::stream(&head, above),
+        _ => vtk::stream(&head, above),
+    }
+}
+
 /// The first bytes of a file; an empty one is an error.
-fn head(path: &Path) -> Result<Source, Error> {
+fn head(path: &Path, most: u64) -> Result<Source, Error> {
     let (file, _) = open_file(path)?;
     let mut bytes = Vec::new();
-    let read = file.take(4096).read_to_end(&mut bytes);
+    let read = file.take(most).read_to_end(&mut bytes);
     read.map_err(|source| Error::Io {
         action: "cannot read",
         path: path.to_owned(),

@@ -1,7 +1,7 @@
 //! A file's bytes, and errors that say where in it.
 
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use tetrascope_core::Error;
@@ -75,6 +75,21 @@ pub(crate) fn open_file(path: &Path) -> Result<(File, u64), Error> {
     }
     let file = File::open(path).map_err(failed("cannot open"))?;
     Ok((file, metadata.len()))
+}
+
+/// Bytes of a file from `offset` on; fewer where it ends.
+pub(crate) fn read_at(path: &Path, offset: u64, count: usize) -> Result<Vec<u8>, Error> {
+    let failed = |source| Error::Io {
+        action: "cannot read",
+        path: path.to_owned(),
+        source,
+    };
+    let (mut file, _) = open_file(path)?;
+    let mut bytes = Vec::new();
+    file.seek(SeekFrom::Start(offset)).map_err(failed)?;
+    let read = file.take(count as u64).read_to_end(&mut bytes);
+    read.map_err(failed)?;
+    Ok(bytes)
 }
 
 /// Byte order of the numbers in a file.

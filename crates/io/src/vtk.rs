@@ -4,7 +4,8 @@
 //! *VTK File Formats*, the VTK documentation; versions 1.0 to 4.2 and 5.1, which
 //! stores cells as offsets and connectivity. Binary numbers are big-endian.
 //! Array names are decoded (`Nodal%20Stress`). A structured grid becomes
-//! hexahedra, structured points a regular grid whose samples keep their type.
+//! hexahedra, structured points a regular grid whose samples keep their type. Large binary
+//! ones of one field stay in their file.
 
 mod scanner;
 
@@ -17,10 +18,11 @@ pub(crate) use self::scanner::parse_float;
 use self::scanner::{Kind, Scanner, clip};
 use crate::MeshData;
 use crate::fields::{Array, take_ghosts, to_scalars};
-use crate::grid::{FieldSamples, GridData, GridField, split};
+use crate::grid::number::Number;
+use crate::grid::{FieldSamples, GridData, GridField, RawFile, split};
 use crate::mesh_data::add_hexahedra;
 use crate::read::{FileData, check};
-use crate::source::{Source, count};
+use crate::source::{Endian, Source, count, read_at};
 
 /// What has been read so far.
 struct Reader<'a> {
@@ -46,15 +48,7 @@ struct Image {
 
 /// Reads a legacy `.vtk` file.
 pub(crate) fn read(source: &Source) -> Result<FileData, Error> {
-    let mut reader = Reader {
-        scanner: Scanner::new(source),
-        dimensions: None,
-        points: None,
-        cells: None,
-        arrays: Vec::new(),
-        data: None,
-        image: None,
-    };
+    let mut reader = Reader::new(source);
     reader.header()?;
     while let Some(keyword) = reader.scanner.word() {
         reader.section(keyword)?;
@@ -63,6 +57,42 @@ pub(crate) fn read(source: &Source) -> Result<FileData, Error> {
         Some(image) => reader.grid(image).map(FileData::Grid),
         None => mesh(source, reader).map(FileData::Mesh),
     }
+}
+
+/// The structured points of a file of which this is the beginning, left where they are if
+/// they stand there as they are, with nothing behind them, and take more than `above` bytes.
+///
+/// `None` for others, which [`read`] reads, or refuses with more to say.
+pub(crate) fn stream(head: &Source, above: u64) -> Result<Option<GridData>, Error> {
+    let mut reader = Reader::new(head);
+    let Some((name, kind, points)) = reader.single_field() else {
+        return Ok(None);
+    };
+    let start = reader.scanner.data_start();
+    let (Some(image), Some(sample_type)) =
+        (&reader.image, kind.number().and_then(Number::sample_type))
+    else {
+        return Ok(None);
+    };
+    let Ok((lattice, needed)) = reader.lattice(image) else {
+        return Ok(None);
+    };
+    let end = points
+        .checked_mul(sample_type.bytes() as u64)
+        .filter(|bytes| points == needed && *bytes > above)
+        .and_then(|bytes| bytes.checked_add(start));
+    let Some(end) = end else {
+        return Ok(None);
+    };
+    // Blank lines, and what VTK says of an array's components.
+    const BEHIND: usize = 4096;
+    let behind = read_at(&head.path, end, BEHIND)?;
+    let text = behind.trim_ascii();
+    if behind.len() == BEHIND || !(text.is_empty() || text.starts_with(b"METADATA")) {
+        return Ok(None);
+    }
+    let file = RawFile::open(&head.path, start, lattice, sample_type, Endian::Big.into())?;
+    GridData::streamed(head, std::iter::once((name, file)), Vec::new())
 }
 
 fn mesh(source: &Source, mut reader: Reader) -> Result<MeshData, Error> {
@@ -108,7 +138,41 @@ fn mesh(source: &Source, mut reader: Reader) -> Result<MeshData, Error> {
     Ok(data)
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    fn new(source: &'a Source) -> Reader<'a> {
+        Reader {
+            scanner: Scanner::new(source),
+            dimensions: None,
+            points: None,
+            cells: None,
+            arrays: Vec::new(),
+            data: None,
+            image: None,
+        }
+    }
+
+    /// Name, type and number of the samples of binary structured points with SCALARS of one
+    /// component, with the scanner behind their head; `None` for what differs in any way.
+    fn single_field(&mut self) -> Option<(String, Kind, u64)> {
+        self.header().ok()?;
+        loop {
+            let keyword = self.scanner.word()?;
+            match keyword.to_ascii_uppercase().as_str() {
+                "DATASET" | "DIMENSIONS" | "ORIGIN" | "SPACING" | "ASPECT_RATIO" | "POINT_DATA"
+                | "METADATA" => self.section(keyword).ok()?,
+                "SCALARS" => break,
+                _ => return None,
+            }
+        }
+        let (name, kind, components) = self.scalars_head().ok()?;
+        match self.data {
+            Some((Association::Point, points)) if self.scanner.binary && components == 1 => {
+                Some((name, kind, points))
+            }
+            _ => None,
+        }
+    }
+
     /// Three lines: version, title, ASCII or BINARY.
     fn header(&mut self) -> Result<(), Error> {
         self.scanner.line();
@@ -214,23 +278,13 @@ impl Reader<'_> {
 
     /// The grid of structured points.
     fn grid(&self, image: Image) -> Result<GridData, Error> {
-        let dims = self
-            .dimensions
-            .ok_or_else(|| self.scanner.truncated("the file has no DIMENSIONS"))?;
-        let [i, j, k] = dims;
-        let points = dims.iter().try_fold(1_u64, |n, &d| n.checked_mul(d));
-        if points.is_none_or(|n| usize::try_from(n).is_err()) {
-            return Err(self.scanner.error(format!("{i}×{j}×{k} points")));
-        }
-        let [x, y, z] = image.spacing;
-        let axes = [DVec3::X * x, DVec3::Y * y, DVec3::Z * z];
-        let lattice = Lattice::from_axes(dims.map(|d| d as usize), image.origin.into(), axes);
-        let lattice = lattice.map_err(|error| self.scanner.error(error.to_string()))?;
+        let (lattice, points) = self.lattice(&image)?;
+        let [i, j, k] = lattice.dims;
         let mut fields = image.fields;
         fields.sort_by_key(|(later, ..)| *later); // stable
         let mut found = Vec::new();
         for (_, name, samples, components) in fields {
-            if (samples.len() / components) as u64 != points.unwrap_or(0) {
+            if (samples.len() / components) as u64 != points {
                 return Err(self.scanner.error(format!(
                     "array '{name}' has {} where {i}×{j}×{k} are needed",
                     count((samples.len() / components) as u64, "sample")
@@ -253,6 +307,23 @@ impl Reader<'_> {
             notes: image.notes,
             files: Vec::new(),
         })
+    }
+
+    /// Where the samples of structured points lie, and how many they are.
+    fn lattice(&self, image: &Image) -> Result<(Lattice, u64), Error> {
+        let dims = self
+            .dimensions
+            .ok_or_else(|| self.scanner.truncated("the file has no DIMENSIONS"))?;
+        let [i, j, k] = dims;
+        let points = dims.iter().try_fold(1_u64, |n, &d| n.checked_mul(d));
+        if points.is_none_or(|n| usize::try_from(n).is_err()) {
+            return Err(self.scanner.error(format!("{i}×{j}×{k} points")));
+        }
+        let [x, y, z] = image.spacing;
+        let axes = [DVec3::X * x, DVec3::Y * y, DVec3::Z * z];
+        let lattice = Lattice::from_axes(dims.map(|d| d as usize), image.origin.into(), axes);
+        let lattice = lattice.map_err(|error| self.scanner.error(error.to_string()))?;
+        Ok((lattice, points.unwrap_or(0)))
     }
 
     fn points(&mut self) -> Result<(), Error> {
@@ -345,6 +416,12 @@ impl Reader<'_> {
     }
 
     fn scalars(&mut self) -> Result<(), Error> {
+        let (name, kind, components) = self.scalars_head()?;
+        self.array(name, components, kind, true)
+    }
+
+    /// Name, type and number of components.
+    fn scalars_head(&mut self) -> Result<(String, Kind, u64), Error> {
         let name = self.scanner.name()?;
         let kind = self.scanner.kind()?;
         let components = match self.scanner.word_in_line() {
@@ -362,7 +439,7 @@ impl Reader<'_> {
             self.scanner.word();
             self.scanner.name()?;
         }
-        self.array(name, components, kind, true)
+        Ok((name, kind, components))
     }
 
     fn attribute(&mut self, components: u64) -> Result<(), Error> {

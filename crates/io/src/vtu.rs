@@ -12,7 +12,8 @@
 //! `Velocity-magnitude`.
 //!
 //! An image's samples keep their type; `Origin`, `Spacing` and `Direction` say where they
-//! lie, and its pieces become one grid. Hidden points are NaN.
+//! lie, and its pieces become one grid. Hidden points are NaN. Large ones that are appended
+//! raw and in one piece stay in their file.
 
 mod decode;
 mod document;
@@ -27,6 +28,7 @@ use self::decode::Decoder;
 use self::document::{ArrayElement, Document, Piece};
 use crate::MeshData;
 use crate::fields::{Array, take_ghosts, to_scalars};
+use crate::grid::GridData;
 use crate::read::{FileData, check};
 use crate::source::{Source, count};
 
@@ -36,6 +38,17 @@ pub(crate) fn read(source: &Source) -> Result<FileData, Error> {
     match &document.image {
         Some(image) => image::read(source, &document, image).map(FileData::Grid),
         None => read_mesh(source, &document).map(FileData::Mesh),
+    }
+}
+
+/// The fields of a `.vti` file of which this is the beginning, left where they are if each
+/// stands there as it is and takes more than `above` bytes.
+///
+/// `None` for others, which [`read`] reads, or refuses with more to say.
+pub(crate) fn stream(head: &Source, above: u64) -> Result<Option<GridData>, Error> {
+    match Document::parse(head) {
+        Ok(document) => image::stream(head, &document, above),
+        Err(_) => Ok(None),
     }
 }
 

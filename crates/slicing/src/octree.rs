@@ -14,6 +14,9 @@ const LEAST_CELLS: usize = 8;
 /// Cells along an axis of a brick, at most, unless the octree is not that deep.
 const BRICK_CELLS: usize = 64;
 
+/// About how many samples are read at a time, where bricks are not larger.
+const RUN_SAMPLES: usize = 1 << 22;
+
 /// Least and greatest samples of nested boxes.
 ///
 /// Level l divides each axis into 2^l boxes, or as many as it has at most; all boxes of a
@@ -99,17 +102,33 @@ impl Octree {
         Ok(octree)
     }
 
-    /// Fills the deepest level, brick by brick, as all samples may not fit in memory.
+    /// Fills the deepest level, some bricks in a row at a time, as all samples may not fit
+    /// in memory and long rows are read fastest.
     fn read(&mut self, source: &dyn BrickSource, reach: usize) -> Result<(), Error> {
         let (brick_level, deepest) = (self.brick_level(|_| true), self.deepest());
         let bricks = self.levels[brick_level as usize].divisions;
         let per_brick = [0, 1, 2].map(|a| self.levels[deepest as usize].divisions[a] / bricks[a]);
-        for brick in places(bricks) {
-            let Some(region) = self.region(brick_level, brick, reach) else {
+        let brick_samples: usize = self.box_size(brick_level).iter().product();
+        let run = (RUN_SAMPLES / brick_samples).clamp(1, bricks[0]);
+        let runs = [bricks[0].div_ceil(run), bricks[1], bricks[2]];
+        for [first, y, z] in places(runs).map(|[x, y, z]| [x * run, y, z]) {
+            let count = run.min(bricks[0] - first);
+            let of_bricks = (first..first + count)
+                .filter_map(|x| self.region(brick_level, [x, y, z], reach))
+                .reduce(|all, next| Region {
+                    low: all.low,
+                    size: [
+                        next.low[0] + next.size[0] - all.low[0],
+                        all.size[1],
+                        all.size[2],
+                    ],
+                });
+            let Some(region) = of_bricks else {
                 continue;
             };
             let samples = source.read(region)?;
-            for within in places(per_brick) {
+            for within in places([count * per_brick[0], per_brick[1], per_brick[2]]) {
+                let brick = [first, y, z];
                 let place = [0, 1, 2].map(|a| brick[a] * per_brick[a] + within[a]);
                 let Some(part) = self.region(deepest, place, reach) else {
                     continue;

@@ -278,7 +278,7 @@ impl Voxels {
         let mut free: Vec<u32> = (0..slots.count)
             .filter(|s| held.brick_in[*s as usize].is_none_or(|b| !keep.contains(&b)))
             .collect();
-        let mut written = 0;
+        let mut writer = Writer::new(self.budget / 4);
         for (index, brick) in wanted {
             if held.slot_of.contains_key(&index) {
                 continue;
@@ -287,11 +287,12 @@ impl Voxels {
             if let Some(old) = held.brick_in[slot as usize].take() {
                 held.slot_of.remove(&old);
             }
-            written += self.upload_brick(gpu, source, octree, slots, brick, slot)?;
+            let bytes = self.upload_brick(gpu, source, octree, slots, brick, slot)?;
+            writer.wrote(gpu, bytes)?;
             held.slot_of.insert(index, slot);
             held.brick_in[slot as usize] = Some(index);
         }
-        Ok(written)
+        Ok(writer.total)
     }
 
     fn upload_brick(

@@ -77,6 +77,10 @@ pub(crate) fn describe(path: &Path, layout: &RawLayout) -> Result<Description, E
     })
 }
 
+/// Rows are read together with what lies between them if that is at most so many times
+/// as much: copies in memory cost less than calls of the system.
+const NEAR: usize = 32;
+
 /// A file of samples, x fastest, read where and when they are needed.
 #[derive(Debug)]
 pub struct RawFile {
@@ -143,16 +147,34 @@ impl BrickSource for RawFile {
             source,
         };
         let width = self.sample_type.bytes();
-        let row = region.size[0] * width;
-        let mut bytes = vec![0; region.count() * width];
+        let [nx, ny, _] = self.lattice.dims;
+        let (row, pitch) = (region.size[0] * width, nx * width);
+        let mut bytes = Vec::with_capacity(region.count() * width);
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        for (start, out) in region
-            .rows(self.lattice.dims)
-            .zip(bytes.chunks_exact_mut(row))
-        {
+        let mut read = |start: usize, length: usize, out: &mut Vec<u8>| {
             let at = self.offset + (start * width) as u64;
             file.seek(SeekFrom::Start(at)).map_err(io)?;
-            file.read_exact(out).map_err(io)?;
+            let from = out.len();
+            out.resize(from + length, 0);
+            file.read_exact(&mut out[from..]).map_err(io)
+        };
+        if row == pitch && (region.size[1] == ny || region.size[2] == 1) {
+            // All of it is in one piece.
+            let start = region.rows(self.lattice.dims).next().unwrap_or(0);
+            read(start, region.count() * width, &mut bytes)?;
+        } else if pitch <= NEAR * row {
+            let mut layer = Vec::new();
+            for start in region.rows(self.lattice.dims).step_by(region.size[1]) {
+                layer.clear();
+                read(start, pitch * (region.size[1] - 1) + row, &mut layer)?;
+                for from in layer.chunks(pitch) {
+                    bytes.extend_from_slice(&from[..row]);
+                }
+            }
+        } else {
+            for start in region.rows(self.lattice.dims) {
+                read(start, row, &mut bytes)?;
+            }
         }
         let endian = match self.byte_order {
             ByteOrder::Little => Endian::Little,

@@ -5,7 +5,7 @@ use flate2::Compression;
 use flate2::write::{GzEncoder, ZlibEncoder};
 use proptest::prelude::*;
 use tetrascope_core::glam::{DMat3, DVec3};
-use tetrascope_core::grid::{Region, SampleType};
+use tetrascope_core::grid::{BrickSource, Region, SampleType};
 use tetrascope_core::scene::RawNumber;
 
 use super::*;
@@ -370,6 +370,132 @@ fn raw_files_whole_and_streamed() {
         error.contains("192 bytes") || error.contains("195 bytes"),
         "{error}"
     );
+}
+
+/// Parts of every shape, whichever way they are read: in one piece, layer by layer with what
+/// lies between rows, or row by row.
+#[test]
+fn streamed_parts_are_those_of_the_whole() {
+    let dims = [100, 5, 4];
+    let bytes: Vec<u8> = (0..2000_u32).map(|i| (i * 7 % 251) as u8).collect();
+    let folder = folder(&[("a.raw", &bytes)]);
+    let lattice = Lattice {
+        dims,
+        origin: DVec3::ZERO,
+        spacing: DVec3::ONE,
+        direction: DMat3::IDENTITY,
+    };
+    let path = folder.path().join("a.raw");
+    let file = RawFile::open(&path, 0, lattice, SampleType::U8, ByteOrder::Little);
+    let file = file.expect("long enough");
+    let grid = Grid::on(lattice, Samples::U8(bytes)).expect("as many as needed");
+    for (low, size) in [
+        ([0, 0, 1], [100, 5, 2]),
+        ([0, 2, 3], [100, 2, 1]),
+        ([0, 1, 1], [100, 3, 2]),
+        ([7, 1, 0], [20, 3, 4]),
+        ([99, 4, 1], [1, 1, 3]),
+        ([98, 0, 0], [2, 5, 4]),
+    ] {
+        let region = Region { low, size };
+        let part = file.read(region).expect("inside");
+        assert_eq!(
+            part,
+            BrickSource::read(&grid, region).expect("inside"),
+            "{region:?}"
+        );
+    }
+}
+
+/// VTK's images, raw and of one piece, whole and streamed; others are read whole.
+#[test]
+fn vtk_images_stay_in_their_files() {
+    let (little, samples) = shorts();
+    let big: Vec<u8> = little.chunks(2).flat_map(|b| [b[1], b[0]]).collect();
+    let xml = |order: &str, header: &str, more: &str| {
+        format!(
+            "<VTKFile type=\"ImageData\" byte_order=\"{order}\" header_type=\"{header}\">\
+             <ImageData WholeExtent=\"1 2 0 2 0 3\" Origin=\"5 6 7\" Spacing=\"1 2 3\">\
+             <Piece Extent=\"1 2 0 2 0 3\"><PointData Scalars=\"s\">\
+             <DataArray type=\"Int16\" Name=\"t\" format=\"appended\" offset=\"OTHER\"/>\
+             <DataArray type=\"Int16\" Name=\"s\" format=\"appended\" offset=\"0\"/>\
+             </PointData>{more}</Piece></ImageData><AppendedData encoding=\"raw\">\n _"
+        )
+    };
+    let zeros = [0; 48];
+    let wide = xml("LittleEndian", "UInt64", "").replace("OTHER", "56");
+    let narrow = xml("BigEndian", "UInt32", "").replace("OTHER", "52");
+    let cells = "<CellData><DataArray type=\"UInt8\" Name=\"c\" format=\"ascii\">1 2 3 4 5 6\
+                 </DataArray></CellData>";
+    let with_cells = xml("LittleEndian", "UInt64", cells).replace("OTHER", "56");
+    let count = 48_u64.to_le_bytes();
+    let of_wide = [&count[..], &little, &count, &zeros].concat();
+    let count = 48_u32.to_be_bytes();
+    let of_narrow = [&count[..], &big, &count, &zeros].concat();
+    let vtk = "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 3 4\n\
+               ORIGIN 6 6 7\nSPACING 1 2 3\nPOINT_DATA 24\nSCALARS s short\nLOOKUP_TABLE default\n";
+    let two = [
+        vtk.as_bytes(),
+        &big,
+        b"\nSCALARS u short\nLOOKUP_TABLE default\n",
+        &zeros,
+    ]
+    .concat();
+    let metadata = "\nMETADATA\nCOMPONENT_NAMES 0\n\n";
+    for (name, contents, streams) in [
+        ("a.vti", [wide.as_bytes(), &of_wide].concat(), true),
+        ("b.vti", [narrow.as_bytes(), &of_narrow].concat(), true),
+        ("c.vti", [with_cells.as_bytes(), &of_wide].concat(), false),
+        ("d.vtk", [vtk.as_bytes(), &big].concat(), true),
+        (
+            "e.vtk",
+            [vtk.as_bytes(), &big, metadata.as_bytes()].concat(),
+            true,
+        ),
+        ("f.vtk", two, false),
+    ] {
+        let folder = folder(&[(name, &contents)]);
+        let path = folder.path().join(name);
+        let read = |stream_above| {
+            let options = ReadOptions {
+                stream_above,
+                ..ReadOptions::default()
+            };
+            read_with(&path, &options).unwrap_or_else(|error| panic!("{name}: {error}"))
+        };
+        let (whole, parts) = (read(1 << 20), read(47));
+        let field = &parts.fields[0];
+        assert_eq!(
+            (field.name.as_str(), &parts.files),
+            ("s", &vec![path.clone()])
+        );
+        assert_eq!(field.lattice.origin, DVec3::new(6.0, 6.0, 7.0), "{name}");
+        assert_eq!(field.lattice, whole.fields[0].lattice, "{name}");
+        assert_eq!(parts.fields.len(), whole.fields.len(), "{name}");
+        assert_eq!(loaded(&whole, 0).1, samples, "{name}");
+        match &field.samples {
+            FieldSamples::Streamed(stream) => {
+                assert!(streams, "{name}");
+                let region = Region {
+                    low: [0; 3],
+                    size: [2, 3, 4],
+                };
+                assert_eq!(
+                    stream.source().read(region).expect("inside"),
+                    samples,
+                    "{name}"
+                );
+            }
+            FieldSamples::Loaded(_) => assert!(!streams, "{name}"),
+        }
+        // A file that ends too soon says so, as when it is read whole.
+        std::fs::write(&path, &contents[..contents.len() - 60]).expect("written");
+        let options = ReadOptions {
+            stream_above: 47,
+            ..ReadOptions::default()
+        };
+        assert!(read_with(&path, &options).is_err(), "{name}");
+    }
 }
 
 #[test]

@@ -43,7 +43,7 @@ impl Kind {
     }
 
     /// The same type elsewhere; bits have none.
-    fn number(self) -> Option<Number> {
+    pub(super) fn number(self) -> Option<Number> {
         Some(match self {
             Kind::Bit => return None,
             Kind::I8 => Number::I8,
@@ -288,6 +288,12 @@ impl<'a> Scanner<'a> {
     fn bytes(&mut self, length: u64) -> Result<&'a [u8], Error> {
         self.line();
         self.exactly(length)
+    }
+
+    /// Where the bytes of an array begin whose head was just read.
+    pub(super) fn data_start(&mut self) -> u64 {
+        self.line();
+        self.at as u64
     }
 
     fn exactly(&mut self, length: u64) -> Result<&'a [u8], Error> {

@@ -6,9 +6,9 @@ use tetrascope_core::grid::{Lattice, Samples};
 use tetrascope_core::mesh::Association;
 
 use super::decode::Decoder;
-use super::document::{ArrayElement, Document, Image, Piece};
-use crate::grid::{FieldSamples, GridData, GridField, split};
-use crate::source::{Source, count};
+use super::document::{ArrayElement, Compressor, Data, Document, Image, Piece};
+use crate::grid::{FieldSamples, GridData, GridField, RawFile, split};
+use crate::source::{Source, count, read_at};
 
 /// Marks of `vtkGhostType`: a point, or a cell, that is not to be seen.
 const HIDDEN: [u8; 2] = [2, 32];
@@ -46,6 +46,64 @@ pub(super) fn read(source: &Source, document: &Document, image: &Image) -> Resul
         return Err(source.error("<ImageData>", "the image has no field of numbers"));
     }
     Ok(data)
+}
+
+/// See [`super::stream`].
+pub(super) fn stream(
+    head: &Source,
+    document: &Document,
+    above: u64,
+) -> Result<Option<GridData>, Error> {
+    let (Some(image), [piece], Some(appended)) =
+        (&document.image, &document.pieces[..], document.appended)
+    else {
+        return Ok(None);
+    };
+    let whole = Box3::of(&image.extent, Association::Point);
+    let of_piece = Box3::of(&piece.extent, Association::Point);
+    let plain = appended.raw && document.compressor == Compressor::None;
+    let (Some(whole), true, true) = (whole, plain, piece.cell_data.is_empty()) else {
+        return Ok(None);
+    };
+    let (Some(points), Ok(lattice)) = (whole.count(), lattice(image, &whole, Association::Point))
+    else {
+        return Ok(None);
+    };
+    let start = (head.bytes.len() - appended.bytes.len()) as u64;
+    let mut fields = Vec::new();
+    for element in &piece.point_data {
+        let (Some(sample_type), &Data::Appended(offset)) =
+            (element.kind.sample_type(), &element.data)
+        else {
+            return Ok(None);
+        };
+        let bytes = points as u64 * element.kind.size() as u64;
+        let hides = element.name == "vtkGhostType";
+        if hides || element.components != 1 || bytes <= above || of_piece != Some(whole) {
+            return Ok(None);
+        }
+        let Some(at) = start.checked_add(offset) else {
+            return Ok(None);
+        };
+        let width = if document.wide_headers { 8 } else { 4 };
+        let header = read_at(&head.path, at, width)?;
+        let length = match (header.len(), width) {
+            (8, 8) => document.endian.u64(&header),
+            (4, 4) => document.endian.u32(&header).into(),
+            _ => return Ok(None),
+        };
+        if length != bytes {
+            return Ok(None);
+        }
+        let order = document.endian.into();
+        let data = at + width as u64;
+        let file = RawFile::open(&head.path, data, lattice, sample_type, order)?;
+        let active = piece.active(Association::Point) == Some(element.name.as_str());
+        fields.push((!active, element.name.clone(), file));
+    }
+    fields.sort_by_key(|(later, ..)| *later); // stable
+    let fields = fields.into_iter().map(|(_, name, file)| (name, file));
+    GridData::streamed(head, fields, document.notes.clone())
 }
 
 /// A box of points or cells.
