@@ -23,6 +23,16 @@ pub(crate) struct Frame {
     pub(crate) scalars_per_cell: u32,
 }
 
+/// The mirror of `Cull` in `cull.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(crate) struct Cull {
+    pub(crate) cells: u32,
+    pub(crate) intervals: u32,
+    pub(crate) marks: u32,
+    pub(crate) blocks: u32,
+}
+
 /// The mirror of `Tile` in `fragments.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -43,7 +53,9 @@ pub(crate) struct Clip {
 #[cfg(test)]
 mod tests {
     use tetrascope_shaders::assert_layout;
-    use tetrascope_shaders::projection::{AMONG, CELL, COMPOSITE, FILL, ORDER, SURFACE};
+    use tetrascope_shaders::projection::{
+        AMONG, CELL, COMPACT, COMPOSITE, FILL, JUDGE, ORDER, SURFACE,
+    };
 
     use super::*;
     use crate::passes::lists::FRAGMENT_BYTES;
@@ -69,6 +81,17 @@ mod tests {
                     key_scale,
                     cell_count,
                     scalars_per_cell,
+                }
+            );
+        }
+        for program in [JUDGE, COMPACT] {
+            assert_layout!(
+                program,
+                Cull {
+                    cells,
+                    intervals,
+                    marks,
+                    blocks
                 }
             );
         }

@@ -6,10 +6,11 @@
 //! What the device keeps does not depend on the view (§3.1): vertices, cells and
 //! scalars. Reading order:
 //!
-//! 1. `volume` uploads the mesh, each vertex once (§8: "reuse vertices of the mesh"),
-//!    leaves out cells that cannot show, and cuts the others into pieces, one for each
-//!    interval of the transfer function, where those are few; `passes::transform`
-//!    (`transform.wgsl`) takes the vertices to camera space, once a frame.
+//! 1. `volume` uploads the mesh, each vertex once (§8: "reuse vertices of the mesh").
+//!    Whenever the appearance changes, `passes::cull` (`judge.wgsl`, `compact.wgsl`) leaves
+//!    out cells that cannot show, and lists the others in pieces, one for each interval of
+//!    the transfer function, where those are few. `passes::transform` (`transform.wgsl`)
+//!    takes the vertices to camera space, once a frame.
 //! 2. `frame` is the camera, in coordinates that stay small.
 //! 3. The order of cells (§6, "compatible with any published cell sorting algorithm"),
 //!    where the optical model asks for one:
@@ -73,11 +74,16 @@
 //! - `EmissionAbsorption` draws cells in the order of their centroids by default, which
 //!   is not always the order of visibility; graded meshes show it most.
 //! - [`Order::Mpvo`] orders the parts of a mesh that is not convex by their distance,
-//!   which can be wrong, and breaks cycles; [`Order::PerPixel`] is exact in any mesh.
+//!   which can be wrong, and breaks cycles; [`Order::PerPixel`] is exact in any mesh. On real
+//!   meshes it was not seen to err: at 512x512, with emission and absorption, in both
+//!   projections, the RMSE is 8e-8 on SPX (by centroids 6e-5, with a greatest error of 0.017),
+//!   7e-8 on the Blunt Fin (6e-5) and 1.3e-7 on the heat-sink, without cycles.
 //! - [`ExitSearch::PerVertex`] is for parallel rays alone, without per-pixel order and
 //!   isosurfaces. The rasterizer decides there what a face covers, and a ray through a
 //!   vertex may miss a cell (§4.3): on 3000 cells of a sphere at 96x96 the RMSE is 3e-6 and
-//!   no pixel is singular; in 16 bits it is 3e-4. Minimum textures
+//!   no pixel is singular; in 16 bits it is 3e-4. At 512x512, in emission, no pixel of the
+//!   Blunt Fin (RMSE 3e-6) or SPX (7e-8) is off by 0.02, and 36 of the heat-sink are, by up
+//!   to 0.46: its vertices are on a lattice, and some rays go through them. Minimum textures
 //!   ([`ExitSearch::PerVertexTexture`]) lose stretched cells: with 64 samples a side a cube
 //!   errs by 3e-5 and a bar eight times as long by 2e-3.
 //! - Tables err by the square of their samples' distance where the transfer function is

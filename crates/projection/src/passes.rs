@@ -1,6 +1,7 @@
 //! What is recorded, pass by pass.
 
 pub(crate) mod cell;
+pub(crate) mod cull;
 pub(crate) mod faces;
 pub(crate) mod lists;
 pub(crate) mod order;

@@ -163,7 +163,12 @@ impl Projection {
         match (&scene.sorting, &self.sorter) {
             _ if scene.surfaces.is_some() => stats.passes += 1,
             (Sorting::PerPixel, Sorter::PerPixel(pass)) => {
-                let boxes = boxes(&scene.geometry.mesh, &scene.look.cells, view, normalization);
+                let boxes = boxes(
+                    &scene.geometry.mesh,
+                    &scene.look.listed.cells,
+                    view,
+                    normalization,
+                );
                 let capacity = ListPass::capacity(gpu, self.options.fragment_bytes);
                 let tiles = tiles(&boxes, (view.width, view.height), capacity)?;
                 let cells = (&self.cell_pass, &scene.cell);
@@ -192,7 +197,7 @@ impl Projection {
                     _ => None,
                 };
                 if let Some(cells) = sorted {
-                    let items = scene.look.items_of(cells);
+                    let items = scene.look.listed.items_of(cells);
                     stats.bytes_uploaded = 4 * items.len() as u64;
                     let label = "projection::sorted";
                     let items = gpu.upload(label, &items, BufferUsages::STORAGE)?;
@@ -227,7 +232,12 @@ impl Projection {
     fn frame(&self, view: &View) -> Result<FrameData, Error> {
         let scene = &self.scene;
         let normalization = &scene.geometry.normalization;
-        let uniform = frame(view, normalization, scene.look.items, scene.field.per_cell);
+        let uniform = frame(
+            view,
+            normalization,
+            scene.look.culled.items,
+            scene.field.per_cell,
+        );
         let (look, items) = look(
             &scene.appearance,
             view,
@@ -289,9 +299,9 @@ impl Projection {
             &geometry.positions,
             &geometry.cells,
             &scene.field.scalars,
-            &look.ranges,
-            &look.drawn,
-            &look.pieces.list,
+            &look.culled.ranges,
+            &look.culled.drawn,
+            &look.culled.pieces,
         ];
         // Four numbers a texel.
         let texels = |t: &wgpu::Texture| 16 * u64::from(t.width()) * u64::from(t.height());
@@ -300,7 +310,7 @@ impl Projection {
             Sorting::CentroidOnCpu(_) | Sorting::Mpvo(_) => (0, true),
             Sorting::None | Sorting::PerPixel => (0, false),
         };
-        let drawn = look.cells.len() as u64;
+        let drawn = u64::from(look.culled.cells);
         let mut stats = FrameStats::default();
         stats.cells_drawn = Some(drawn);
         stats.cells_skipped = Some(geometry.mesh.cell_count() as u64 - drawn);

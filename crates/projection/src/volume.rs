@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bytemuck::Zeroable;
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{Appearance, Error, OpticalModel, TetMesh, Volume};
+use tetrascope_core::{Appearance, Error, TetMesh, Volume};
 use tetrascope_gpu::look::look_constants;
 use tetrascope_gpu::preintegration::{self, Table};
 use tetrascope_gpu::transfer_function::{Interval, intervals};
@@ -12,6 +12,7 @@ use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Integration, Normalization, ScalarMap};
 
 use crate::options::CellLayout;
+use crate::passes::cull::{Culled, Judged, cull};
 use crate::{NAME, faces};
 
 const STORAGE: BufferUsages = BufferUsages::STORAGE;
@@ -27,13 +28,6 @@ const INTERVALS_PER_ROW: u32 = 256;
 
 /// Cells name intervals in 16 bits.
 const MOST_INTERVALS: usize = 1 << 16;
-
-/// What a list without pieces has, as in `order.wgsl`.
-const NO_CELL: u32 = u32::MAX;
-
-/// Pieces a cell, on average, beyond which cells are drawn whole. On llvmpipe a piece costs
-/// as much as a turn of the loop; elsewhere, memory.
-const MOST_PIECES: u64 = 2;
 
 /// The size of a texture with `count` items, `per_row` in each row.
 fn texels(count: usize, per_row: u32) -> (u32, u32) {
@@ -74,27 +68,35 @@ pub(crate) struct Look {
     /// Constants of shaders for clip planes and depth cue.
     pub(crate) extras: [(&'static str, f64); 2],
     pub(crate) interval_count: u32,
-    /// The first and the last interval of each cell, 16 bits each.
-    pub(crate) ranges: wgpu::Buffer,
+    pub(crate) culled: Arc<Culled>,
     pub(crate) table: Table,
-    /// The items that are drawn: cells or, where `pieces` has any, those.
-    pub(crate) drawn: wgpu::Buffer,
-    pub(crate) items: u32,
-    /// Indices of the cells that are drawn.
-    pub(crate) cells: Arc<[u32]>,
-    pub(crate) pieces: Pieces,
+    pub(crate) listed: Listed,
     /// A bound of the optical depth of any segment.
     pub(crate) deepest: f32,
 }
 
-/// Cells in pieces, one for each interval of the transfer function (`pieces.wgsl`).
-#[derive(Clone, Debug)]
-pub(crate) struct Pieces {
-    /// A cell and how many of its pieces come before, by piece.
-    pub(crate) list: wgpu::Buffer,
-    /// The first piece of each of the mesh's cells, and the end of the last; or nothing
-    /// where cells are drawn whole.
-    pub(crate) starts: Option<Arc<[u32]>>,
+/// What an order that is made on the CPU has to know of the cells that are drawn; empty for
+/// others.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Listed {
+    /// Their indices.
+    pub(crate) cells: Arc<[u32]>,
+    /// The first piece of each of the mesh's cells, and the end of the last, where cells are
+    /// drawn in pieces.
+    starts: Option<Arc<[u32]>>,
+}
+
+/// What makes a [`Look`].
+pub(crate) struct Looked<'a> {
+    pub(crate) appearance: &'a Appearance,
+    pub(crate) integration: Integration,
+    /// The last look's, that is kept if nothing in it changes.
+    pub(crate) table: Option<&'a Table>,
+    /// Whether cells are drawn in pieces, one for each interval of the transfer function
+    /// (`pieces.wgsl`), if there are not too many.
+    pub(crate) pieces: bool,
+    /// Whether the CPU has to know which.
+    pub(crate) listed: bool,
 }
 
 /// The mesh of `volume`, or why there is none.
@@ -127,11 +129,23 @@ impl Geometry {
             .iter()
             .map(|p| normalization.position(*p).to_array())
             .collect();
+        // Of four times one vertex where there is no volume, for `judge.wgsl`.
+        let solid = |(cell, corners): (usize, &[u32; 4])| {
+            let [p0, p1, p2, p3] = mesh.cell_points(cell);
+            let volume = (p1 - p0).dot((p2 - p0).cross(p3 - p0));
+            // Not `== 0` alone: products of tiny edges may underflow in a cell that has a
+            // volume.
+            match volume == 0.0 && flat([p0, p1, p2, p3]) {
+                true => [corners[0]; 4],
+                false => *corners,
+            }
+        };
+        let cells: Vec<[u32; 4]> = mesh.tetrahedra().iter().enumerate().map(solid).collect();
         Ok(Geometry {
             mesh: mesh.clone(),
             normalization,
             positions: gpu.upload("the mesh's vertices", &positions, STORAGE)?,
-            cells: gpu.upload("the mesh's cells", mesh.tetrahedra(), STORAGE)?,
+            cells: gpu.upload("the mesh's cells", &cells, STORAGE)?,
             longest: (longest_edge(mesh) / normalization.scale) as f32,
             transformed: gpu.texture(
                 "of the mesh's vertices",
@@ -172,27 +186,25 @@ impl Field {
     }
 }
 
-impl Look {
+impl Listed {
     /// The items of `cells`, in their order.
     pub(crate) fn items_of(&self, cells: Vec<u32>) -> Vec<u32> {
-        let Some(starts) = &self.pieces.starts else {
+        let Some(starts) = &self.starts else {
             return cells;
         };
         let pieces = |cell: u32| starts[cell as usize]..starts[cell as usize + 1];
         cells.into_iter().flat_map(pieces).collect()
     }
+}
 
-    /// With `table`, the last look's, that is kept if nothing in it changes. Cells are in
-    /// pieces if `pieces` and if there are not too many.
+impl Look {
     pub(crate) fn upload(
         gpu: &Gpu,
         geometry: &Geometry,
-        map: &ScalarMap,
-        appearance: &Appearance,
-        (integration, table): (Integration, Option<&Table>),
-        pieces: bool,
+        field: &Field,
+        looked: &Looked,
     ) -> Result<Look, Error> {
-        let (drawn, deepest) = visible_cells(&geometry.mesh, map, appearance);
+        let (appearance, map) = (looked.appearance, &field.map);
         let tf = &appearance.transfer_function;
         let mut intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization);
         if intervals.len() > MOST_INTERVALS {
@@ -204,32 +216,38 @@ impl Look {
             });
         }
         let source = preintegration::Source {
-            integration,
+            integration: looked.integration,
             model: appearance.optical_model,
             intervals: &intervals,
             longest: geometry.longest,
             fixed: None,
         };
-        let table = match table {
+        let table = match looked.table {
             Some(table) => table.renewed(gpu, NAME, &source)?,
             None => Table::new(gpu, NAME, &source)?,
         };
-        let ranges = ranges(&geometry.mesh, map, &intervals);
-        let pieces = pieces
-            .then(|| in_pieces(&geometry.mesh, &drawn, &ranges))
-            .flatten();
-        let items = pieces
-            .as_ref()
-            .map(|(list, _)| (0..list.len() as u32).collect::<Vec<_>>());
-        let (list, starts) = pieces.unzip();
-        let pieces = Pieces {
-            list: gpu.upload(
-                "the cells' pieces",
-                &list.unwrap_or_else(|| vec![[NO_CELL, 0]]),
-                STORAGE,
-            )?,
-            starts: starts.map(Arc::from),
-        };
+        let isovalues = appearance.isosurfaces.iter();
+        let isovalues: Vec<f32> = isovalues.map(|s| map.scalar(s.value)).collect();
+        let culled = cull(
+            gpu,
+            &Judged {
+                geometry,
+                field,
+                model: appearance.optical_model,
+                intervals: &intervals,
+                isovalues: &isovalues,
+                pieces: looked.pieces,
+            },
+        )?;
+        let mut listed = Listed::default();
+        if looked.listed {
+            let (cells, starts) = culled.read(gpu, geometry.mesh.cell_count())?;
+            listed = Listed {
+                cells: cells.into(),
+                starts: starts.map(Arc::from),
+            };
+        }
+        let deepest = deepest(&intervals, field.range, geometry.longest);
         let interval_count = intervals.len() as u32;
         let (width, height) = texels(intervals.len(), INTERVALS_PER_ROW);
         intervals.resize((width * height) as usize, Zeroable::zeroed());
@@ -245,61 +263,22 @@ impl Look {
             intervals: texture,
             extras: look_constants(appearance),
             interval_count,
-            ranges: gpu.upload("the cells' intervals", &ranges, STORAGE)?,
-            drawn: gpu.upload(
-                "the list of drawn cells",
-                items.as_deref().unwrap_or(&drawn),
-                STORAGE,
-            )?,
-            items: items.as_ref().unwrap_or(&drawn).len() as u32,
-            pieces,
-            cells: drawn.into(),
-            // Rounded up: f32 may be under the bound by 2⁻²⁴ of it, and the shader's
-            // own rounding over it by as little.
-            deepest: (deepest * (1.0 + 1e-5)).min(1e30) as f32,
+            culled: Arc::new(culled),
+            listed,
+            deepest,
         })
     }
 }
 
-/// The cells that can change the picture, and a bound of the optical depth of a ray in any.
-///
-/// Left out are cells without volume, cells with a scalar that is NaN, and cells whose
-/// scalars the transfer function maps to nothing: no extinction, or black where only
-/// color counts. Where isosurfaces are drawn, cells that none goes through.
-fn visible_cells(mesh: &TetMesh, map: &ScalarMap, appearance: &Appearance) -> (Vec<u32>, f64) {
-    let tf = &appearance.transfer_function;
-    let surfaces = appearance.isosurfaces.iter();
-    let isovalues: Vec<f32> = surfaces.map(|s| map.scalar(s.value)).collect();
-    let mut deepest = 0.0_f64;
-    let visible = |&cell: &u32| {
-        let scalars = mesh.cell_scalars(cell as usize);
-        if scalars.iter().any(|s| s.is_nan()) {
-            return false;
-        }
-        let [p0, p1, p2, p3] = mesh.cell_points(cell as usize);
-        let volume = (p1 - p0).dot((p2 - p0).cross(p3 - p0));
-        // Not `> 0`: products of tiny edges may underflow in a cell that has a volume.
-        if volume == 0.0 && flat([p0, p1, p2, p3]) {
-            return false;
-        }
-        let low = scalars.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = scalars.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        if appearance.optical_model == OpticalModel::Isosurfaces {
-            // As the shader decides, with what it knows.
-            let (low, high) = (map.scalar(low), map.scalar(high));
-            return isovalues.iter().any(|v| low < *v && *v <= high);
-        }
-        if appearance.optical_model == OpticalModel::MaximumIntensity {
-            return tf.max_color(low, high) > 0.0;
-        }
-        let extinction = tf.max_extinction(low, high);
-        let edges = [p1 - p0, p2 - p0, p3 - p0, p2 - p1, p3 - p1, p3 - p2];
-        let longest = edges.iter().map(|e| e.length()).fold(0.0, f64::max);
-        deepest = deepest.max(extinction * longest);
-        extinction > 0.0
-    };
-    let drawn = (0..mesh.cell_count() as u32).filter(visible).collect();
-    (drawn, deepest)
+/// A bound of the optical depth of a segment in a field with scalars in `range`: the
+/// greatest extinction there times the longest edge, rounded up.
+fn deepest(intervals: &[Interval], (low, high): (f32, f32), longest: f32) -> f32 {
+    let met = intervals.iter().filter(|i| i.low <= high && low <= i.high);
+    let extinctions = met.flat_map(|i| [i.at_low[3], i.at_high[3]]);
+    let greatest = f64::from(extinctions.fold(0.0, f32::max));
+    // f32 may be under the bound by 2⁻²⁴ of it, and the shader's own rounding over it by as
+    // little.
+    (greatest * f64::from(longest) * (1.0 + 1e-5)).min(1e30) as f32
 }
 
 /// The longest edge of any cell, world units.
@@ -310,54 +289,6 @@ fn longest_edge(mesh: &TetMesh) -> f64 {
         edges.into_iter().map(|e| e.length()).fold(0.0, f64::max)
     };
     (0..mesh.cell_count()).map(of_cell).fold(0.0, f64::max)
-}
-
-/// The first and the last of `intervals` that each cell's scalars are in, 16 bits each.
-///
-/// What only touches a knot is not beyond it, unless it is constant: then it is on both
-/// sides.
-fn ranges(mesh: &TetMesh, map: &ScalarMap, intervals: &[Interval]) -> Vec<u32> {
-    let range = |cell| {
-        let scalars: [f64; 4] = mesh.cell_scalars(cell);
-        let scalars = scalars.map(|s| map.scalar(s));
-        let low = scalars.iter().copied().fold(f32::INFINITY, f32::min);
-        let high = scalars.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        // The lowest interval reaches below every scalar.
-        let first = intervals[1..].partition_point(|i| i.low <= low) as u32;
-        let last = intervals[1..].partition_point(|i| i.low < high) as u32;
-        first.min(last) | first.max(last) << 16
-    };
-    (0..mesh.cell_count()).map(range).collect()
-}
-
-/// Each piece of `cells` and where each cell's begin, or nothing where fragments had
-/// better loop: each piece costs a footprint and the search for the chord.
-///
-/// `ranges` as [`ranges`] gives them. A constant cell is one piece.
-fn in_pieces(mesh: &TetMesh, cells: &[u32], ranges: &[u32]) -> Option<(Vec<[u32; 2]>, Vec<u32>)> {
-    let count = |cell: u32| {
-        let [first, rest @ ..] = mesh.cell_scalars(cell as usize);
-        let range = ranges[cell as usize];
-        let constant = rest.iter().all(|s| *s == first);
-        if constant {
-            1
-        } else {
-            (range >> 16) - (range & 0xffff) + 1
-        }
-    };
-    let total: u64 = cells.iter().map(|c| u64::from(count(*c))).sum();
-    if total > MOST_PIECES * cells.len() as u64 || total > u64::from(u32::MAX / 4) {
-        return None;
-    }
-    let mut list = Vec::with_capacity(total as usize);
-    let mut starts = Vec::with_capacity(mesh.cell_count() + 1);
-    for &cell in cells {
-        // Cells that are not drawn have no pieces.
-        starts.resize(cell as usize + 1, list.len() as u32);
-        list.extend((0..count(cell)).map(|rank| [cell, rank]));
-    }
-    starts.resize(mesh.cell_count() + 1, list.len() as u32);
-    Some((list, starts))
 }
 
 /// Whether four points lie in a plane, whatever their scale.

@@ -116,7 +116,7 @@ impl CellPass {
             constants.extend(uploaded.look.extras);
             constants.push(sides::constant(gpu)?);
         }
-        let in_pieces = ("PIECES", uploaded.look.pieces.starts.is_some().into());
+        let in_pieces = ("PIECES", uploaded.look.culled.in_pieces.into());
         constants.push(in_pieces);
         let mut per_vertex = vec![
             ("SCALARS_PER_CELL", uploaded.field.per_cell.into()),
@@ -125,7 +125,7 @@ impl CellPass {
         ];
         let (mut vertices, mut primitive) = ("vs_cell", wgpu::PrimitiveState::default());
         if let Into::Faces(pass) = into {
-            let (cells, most) = (uploaded.look.items, u32::MAX / 12);
+            let (cells, most) = (uploaded.look.culled.items, u32::MAX / 12);
             if cells > most {
                 return Err(Error::TooLarge {
                     what: "the mesh".into(),
@@ -201,7 +201,7 @@ impl CellPass {
         Ok(CellData {
             pipeline,
             volume_group: self.volume_group(gpu, uploaded, drawn)?,
-            count: uploaded.look.items,
+            count: uploaded.look.culled.items,
             faces: match into {
                 Into::Faces(pass) => Some(pass.group(gpu, uploaded.geometry, uploaded.field)?),
                 _ => None,
@@ -229,9 +229,9 @@ impl CellPass {
             field.scalars.as_entire_binding(),
             geometry.cells.as_entire_binding(),
             drawn.as_entire_binding(),
-            look.pieces.list.as_entire_binding(),
+            look.culled.pieces.as_entire_binding(),
             BindingResource::TextureView(&intervals),
-            look.ranges.as_entire_binding(),
+            look.culled.ranges.as_entire_binding(),
             look.table.binding(),
         ];
         gpu.checked(label, 0, || {

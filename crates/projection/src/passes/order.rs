@@ -73,14 +73,14 @@ impl OrderPass {
         look: &Look,
     ) -> Result<OrderData, Error> {
         let label = "projection::order";
-        let pairs = self.sort.pairs(gpu, look.items, KEY_BITS)?;
+        let pairs = self.sort.pairs(gpu, look.culled.items, KEY_BITS)?;
         let transformed = geometry.transformed.create_view(&Default::default());
         let resources = [
             BindingResource::TextureView(&transformed),
             scalars.as_entire_binding(),
             geometry.cells.as_entire_binding(),
-            look.drawn.as_entire_binding(),
-            look.pieces.list.as_entire_binding(),
+            look.culled.drawn.as_entire_binding(),
+            look.culled.pieces.as_entire_binding(),
         ];
         let (volume_group, pair_group) = gpu.checked(label, 0, || {
             let (keys, values) = (pairs.keys(), pairs.values());
@@ -94,7 +94,7 @@ impl OrderPass {
             pairs,
             volume_group,
             pair_group,
-            count: look.items,
+            count: look.culled.items,
         })
     }
 

@@ -15,7 +15,7 @@ use crate::passes::lists::ListPass;
 use crate::passes::order::{OrderData, OrderPass};
 use crate::passes::surface::{SurfaceData, SurfacePass};
 use crate::passes::transform::{TransformData, TransformPass};
-use crate::volume::{Field, Geometry, Look};
+use crate::volume::{Field, Geometry, Look, Looked};
 
 /// All that `reload` and `restyle` replace, at once or not at all.
 #[derive(Debug)]
@@ -73,7 +73,6 @@ impl Parts<'_> {
     ) -> Result<Scene, Error> {
         let gpu = self.gpu;
         let model = appearance.optical_model;
-        let integration = (self.options.integration, table);
         // Tables and surfaces want whole segments, and lists in pixels sort those.
         let in_lists = matches!(self.sorter, Sorter::PerPixel(_)) && !model.commutes();
         let pieces = self.options.integration == Integration::Exact
@@ -81,7 +80,18 @@ impl Parts<'_> {
             && appearance.depth_cue.is_none()
             && self.face_pass.is_none()
             && !in_lists;
-        let look = Look::upload(gpu, &geometry, &field.map, appearance, integration, pieces)?;
+        let on_cpu = matches!(
+            self.sorter,
+            Sorter::CentroidOnCpu | Sorter::Mpvo | Sorter::PerPixel(_)
+        );
+        let looked = Looked {
+            appearance,
+            integration: self.options.integration,
+            table,
+            pieces,
+            listed: on_cpu && !model.commutes(),
+        };
+        let look = Look::upload(gpu, &geometry, &field, &looked)?;
         let sorting = match self.sorter {
             _ if model.commutes() => Sorting::None,
             Sorter::None => Sorting::None,
@@ -89,18 +99,18 @@ impl Parts<'_> {
                 Sorting::Centroid(pass.data(gpu, &geometry, &field.scalars, &look)?)
             }
             Sorter::CentroidOnCpu => {
-                Sorting::CentroidOnCpu(Centroids::new(&geometry, look.cells.clone()))
+                Sorting::CentroidOnCpu(Centroids::new(&geometry, look.listed.cells.clone()))
             }
             Sorter::Mpvo => {
                 let normalization = &geometry.normalization;
-                Sorting::Mpvo(Mpvo::new(&geometry.mesh, normalization, &look.cells))
+                Sorting::Mpvo(Mpvo::new(&geometry.mesh, normalization, &look.listed.cells))
             }
             Sorter::PerPixel(_) => Sorting::PerPixel,
         };
         let transform = self.transform_pass.data(gpu, &geometry, &field)?;
         let drawn = match &sorting {
             Sorting::Centroid(data) => data.sorted(),
-            _ => &look.drawn,
+            _ => &look.culled.drawn,
         };
         let surfaces = match model {
             OpticalModel::Isosurfaces => {
