@@ -4,7 +4,8 @@
 
 // a.x, a.y, b.x, b.y; and for `cs_parity` four points in two of these.
 @group(0) @binding(0) var<storage, read> inputs: array<vec4f>;
-// The bits of a.x b.y and the side; for `cs_parity` how many faces are crossed, twice.
+// The bits of a.x b.y and the side; for `cs_parity` how many faces are crossed, one by one
+// and all at once.
 @group(0) @binding(1) var<storage, read_write> answers: array<vec2u>;
 
 @compute @workgroup_size(64)
@@ -26,5 +27,7 @@ fn cs_parity(@builtin(global_invocation_id) id: vec3u) {
     let cd = inputs[2u * id.x + 1u];
     let crossed = abs(crossing(ab.xy, ab.zw, cd.xy)) + abs(crossing(ab.xy, ab.zw, cd.zw))
         + abs(crossing(ab.xy, cd.xy, cd.zw)) + abs(crossing(ab.zw, cd.xy, cd.zw));
-    answers[id.x] = vec2u(u32(crossed));
+    let at_once = turns(sides(ab.xy, ab.zw, cd.xy, cd.zw));
+    let met = select(vec4u(0u), vec4u(1u), at_once.enters | at_once.leaves);
+    answers[id.x] = vec2u(u32(crossed), met.x + met.y + met.z + met.w);
 }
