@@ -171,14 +171,96 @@ fn refinement_of_a_linear_field_changes_nothing() {
         halves.1.push([new, cell[1], cell[2], cell[3]]);
         halves.1.push([cell[0], cell[1], cell[2], new]);
     }
+    // 1 to 8 at the middles of all edges: a cell at each vertex, and four around a diagonal
+    // of the octahedron that they leave.
+    let mut eighths = (points.clone(), Vec::new());
+    for cell in &cells {
+        let mut middle = |i: usize, j: usize| {
+            let [a, b] = [cell[i], cell[j]].map(|p| points[p as usize]);
+            eighths.0.push((a + b) / 2.0);
+            eighths.0.len() as u32 - 1
+        };
+        let [a, b, c, d] = *cell;
+        let (ab, ac, ad) = (middle(0, 1), middle(0, 2), middle(0, 3));
+        let (bc, bd, cd) = (middle(1, 2), middle(1, 3), middle(2, 3));
+        eighths.1.extend([
+            [a, ab, ac, ad],
+            [ab, b, bc, bd],
+            [ac, bc, c, cd],
+            [ad, bd, cd, d],
+            [ab, cd, ac, ad],
+            [ab, cd, ad, bd],
+            [ab, cd, bd, bc],
+            [ab, cd, bc, ac],
+        ]);
+    }
     for view in views(20) {
         let still = draw(&mesh((points.clone(), cells.clone()), linear), &view);
-        for finer in [&inner, &halves] {
+        for finer in [&inner, &halves, &eighths] {
             let image = draw(&mesh(finer.clone(), linear), &view);
             assert_same(&still, &image);
             assert_eq!(image.inconsistent_pixels, 0);
         }
     }
+}
+
+// Cell by cell, in an order that makes holes and islands: no ray's transparency rises, and no
+// maximum falls. More extinction hides more, and brighter colors are no darker. All to the
+// bounds of both images.
+#[test]
+fn more_of_anything_shows_no_less() {
+    let (points, cells) = kuhn(2, DVec3::ZERO, DVec3::ONE);
+    // 29 is coprime to the 48 cells, so that each comes once.
+    let order: Vec<[u32; 4]> = (0..cells.len()).map(|i| cells[i * 29 % 48]).collect();
+    let view = views(24).swap_remove(0);
+    let image = |count: usize, model, knots: Vec<tetrascope_core::Knot>| {
+        let part = mesh((points.clone(), order[..count].to_vec()), wave);
+        let truth = reference(&part, &appearance(knots, model));
+        truth.render_exact(&view).expect("a valid view")
+    };
+    // Whether `channels` are nowhere less than before; how much more there is in all.
+    let grows = |less: &ReferenceImage, more: &ReferenceImage, channels: &[usize]| {
+        let mut sum = 0.0;
+        for i in 0..less.pixels.len() {
+            let bound = less.error_bound[i] + more.error_bound[i];
+            for &c in channels {
+                let growth = more.pixels[i][c] - less.pixels[i][c];
+                assert!(growth >= -bound, "pixel {i}: {growth:e}, bound {bound:e}");
+                sum += growth;
+            }
+        }
+        sum
+    };
+    let models = [
+        (MODEL, &[3][..]),
+        (OpticalModel::Absorption, &[3]),
+        (OpticalModel::Emission, &[0, 1, 2]),
+        (OpticalModel::MaximumIntensity, &[0, 1, 2]),
+    ];
+    for (model, channels) in models {
+        let mut grown = 0.0;
+        let mut before = image(1, model, knots());
+        for count in 2..=order.len() {
+            let after = image(count, model, knots());
+            grown += grows(&before, &after, channels);
+            before = after;
+        }
+        assert!(grown > 10.0, "{model:?}: {grown}");
+    }
+    let changed = |change: fn(&mut tetrascope_core::Knot)| {
+        let mut knots = knots();
+        knots.iter_mut().for_each(change);
+        knots
+    };
+    let plain = image(48, MODEL, knots());
+    let denser = image(
+        48,
+        MODEL,
+        changed(|k| k.extinction = 1.5 * k.extinction + 0.1),
+    );
+    assert!(grows(&plain, &denser, &[3]) > 1.0);
+    let brighter = image(48, MODEL, changed(|k| k.color = 0.5 * k.color + 0.5));
+    assert!(grows(&plain, &brighter, &[0, 1, 2]) > 1.0);
 }
 
 #[test]
