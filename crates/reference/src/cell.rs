@@ -34,10 +34,17 @@ pub(crate) struct Crossing {
 }
 
 impl Crossing {
-    /// The scalar at `z` between both ends: a convex combination again.
+    /// The scalar at `z` between both ends: a convex combination again, which rounding
+    /// must not take out of their range. So a constant stays one, on the step of a
+    /// transfer function too.
     pub(crate) fn scalar_at(&self, z: f64) -> f64 {
         let (before, after) = (z - self.z_in, self.z_out - z);
-        (after * self.scalar_in + before * self.scalar_out) / (before + after)
+        let mean = (after * self.scalar_in + before * self.scalar_out) / (before + after);
+        let low = least(self.scalar_in, self.scalar_out);
+        let high = greatest(self.scalar_in, self.scalar_out);
+        // As in `meet_at`, a NaN stays.
+        let mean = if mean < low { low } else { mean };
+        if mean > high { high } else { mean }
     }
 }
 

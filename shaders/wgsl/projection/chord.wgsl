@@ -85,21 +85,30 @@ fn what_is_left(through: vec2f, slope: vec2f, entry: vec2f, exit: vec2f) -> Part
     var part = Part(entry, exit);
     let whole = max(exit.x - entry.x, 1e-36);
     if entry.x < begin {
-        part.front = vec2f(begin, mix(entry.y, exit.y, saturate((begin - entry.x) / whole)));
+        part.front = vec2f(begin, on_the_way(entry.y, exit.y, (begin - entry.x) / whole));
     }
     if CLIPPED && exit.x > clipped.y {
-        let share = saturate((clipped.y - entry.x) / whole);
-        part.back = vec2f(clipped.y, mix(entry.y, exit.y, share));
+        part.back = vec2f(clipped.y, on_the_way(entry.y, exit.y, (clipped.y - entry.x) / whole));
     }
     return part;
+}
+
+// The scalar at a share of the way; equal ends leave it what it is, on the step of a
+// transfer function too, which `mix` may not.
+fn on_the_way(front: f32, back: f32, share: f32) -> f32 {
+    return front + saturate(share) * (back - front);
 }
 
 fn edge(p: vec2f, q: vec2f) -> f32 {
     return p.x * q.y - p.y * q.x;
 }
 
-// Depth and scalar where the ray crosses a face: means of its vertices', so between them.
+// Depth and scalar where the ray crosses a face: means of its vertices', so between them,
+// but for the scalar's last bit: where it is constant in the cell it must stay so.
 fn point(weights: vec4f, depths: vec4f, values: vec4f) -> vec2f {
     let total = dot(weights, vec4f(1.0));
-    return vec2f(dot(weights, depths), dot(weights, values)) / max(total, 1e-36);
+    let mean = vec2f(dot(weights, depths), dot(weights, values)) / max(total, 1e-36);
+    let low = min(min(values.x, values.y), min(values.z, values.w));
+    let high = max(max(values.x, values.y), max(values.z, values.w));
+    return vec2f(mean.x, clamp(mean.y, low, high));
 }

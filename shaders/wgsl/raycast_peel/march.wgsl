@@ -269,15 +269,16 @@ fn piece_of(cell: u32, near: vec2f, far: vec2f, seen: f32, line: Line) -> Piece 
     let end = min(far.x, line.end);
     var front = near.y;
     var back = far.y;
+    // Equal scalars stay equal, which `mix` does not promise.
     if SCALARS_PER_CELL {
         front = textureLoad(scalars, texel(cell), 0).x;
         back = front;
     } else {
         if begin > near.x {
-            front = mix(near.y, far.y, (begin - near.x) / (far.x - near.x));
+            front = near.y + (begin - near.x) / (far.x - near.x) * (far.y - near.y);
         }
         if end < far.x {
-            back = mix(near.y, far.y, saturate((end - near.x) / (far.x - near.x)));
+            back = near.y + saturate((end - near.x) / (far.x - near.x)) * (far.y - near.y);
         }
     }
     let shows = max(front, back) < TRANSPARENT_SCALAR;

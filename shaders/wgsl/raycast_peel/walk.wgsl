@@ -59,7 +59,8 @@ fn corner(id: u32, shear: Shear) -> Corner {
 }
 
 // z and scalar where the ray crosses face abc. Convex weights: no sliver can
-// push either outside the range of its corners.
+// push either outside the range of its corners, and no rounding the scalar: a constant
+// stays one, on the step of a transfer function too.
 fn crossing_point(a: Corner, b: Corner, c: Corner, turn: f32) -> vec2f {
     let wa = weight(b.xy, c.xy, turn);
     let wb = weight(c.xy, a.xy, turn);
@@ -67,7 +68,9 @@ fn crossing_point(a: Corner, b: Corner, c: Corner, turn: f32) -> vec2f {
     let sum = wa + wb + wc;
     let zs = wa * vec2f(a.z, a.scalar) + wb * vec2f(b.z, b.scalar) + wc * vec2f(c.z, c.scalar);
     if sum > 0.0 {
-        return zs / sum;
+        let low = min(a.scalar, min(b.scalar, c.scalar));
+        let high = max(a.scalar, max(b.scalar, c.scalar));
+        return vec2f(zs.x / sum, clamp(zs.y / sum, low, high));
     }
     // The face is seen edge on.
     return (vec2f(a.z, a.scalar) + vec2f(b.z, b.scalar) + vec2f(c.z, c.scalar)) / 3.0;
