@@ -79,7 +79,7 @@ fn hides(volume: &Volume, share: f64) -> Appearance {
     let knots = [(share, 0.0), (share, 0.2 * thick), (1.0, thick)];
     let knots = knots.map(|(share, extinction)| Knot {
         scalar: low + share * (high - low),
-        color: DVec3::new(1.0, 0.4 + 0.5 * share, 0.3),
+        color: DVec3::new(1.0, 0.4 + 0.5 * share.max(0.0), 0.3),
         extinction,
     });
     let tf = TransferFunction::new(knots.to_vec()).expect("sorted");
