@@ -85,6 +85,23 @@ macro_rules! face_program {
     };
 }
 
+/// A program that takes rays through one cell; `$part` is how it finds where they leave it.
+macro_rules! step_program {
+    ($($part:literal),+) => {
+        program!(
+            "ping_pong/rays.wgsl",
+            "common/optics_model.wgsl",
+            "common/transfer_function.wgsl",
+            "common/optics.wgsl",
+            "preintegration/axes.wgsl",
+            "preintegration/lookup.wgsl",
+            "ping_pong/transfer.wgsl",
+            $($part,)+
+            "ping_pong/step.wgsl",
+        )
+    };
+}
+
 /// The GPU radix sort of `tetrascope-gpu`, one program for each of its passes.
 pub mod sort {
     /// Pass 1: count the digits of each block.
@@ -215,6 +232,7 @@ pub mod raycast_peel {
         "preintegration/lookup.wgsl",
         "common/sides.wgsl",
         "common/texels.wgsl",
+        "raycast_peel/shear.wgsl",
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",
     );
@@ -232,6 +250,7 @@ pub mod raycast_peel {
         "preintegration/lookup.wgsl",
         "common/sides.wgsl",
         "common/texels.wgsl",
+        "raycast_peel/shear.wgsl",
         "raycast_peel/walk.wgsl",
         "raycast_peel/march.wgsl",
         "raycast_peel/aim.wgsl",
@@ -240,18 +259,27 @@ pub mod raycast_peel {
 
 /// Ray casting a step a pass (`ping_pong` of `tetrascope-raycast-peel`).
 pub mod ping_pong {
-    /// Phases 1 and 2: where rays come in.
-    pub const ENTRY: &str = program!("ping_pong/rays.wgsl", "ping_pong/entry.wgsl");
-    /// Phase 3a: one cell.
-    pub const STEP: &str = program!(
+    /// Phases 1 and 2: where rays come in, by planes as published.
+    pub const ENTRY: &str = program!(
         "ping_pong/rays.wgsl",
-        "common/optics_model.wgsl",
-        "common/transfer_function.wgsl",
-        "common/optics.wgsl",
-        "preintegration/axes.wgsl",
-        "preintegration/lookup.wgsl",
-        "ping_pong/transfer.wgsl",
-        "ping_pong/step.wgsl",
+        "ping_pong/planes.wgsl",
+        "ping_pong/entry.wgsl",
+    );
+    /// Phases 1 and 2: where rays come in, by sides.
+    pub const ENTRY_SIDES: &str = program!(
+        "ping_pong/rays.wgsl",
+        "common/sides.wgsl",
+        "raycast_peel/shear.wgsl",
+        "ping_pong/sides.wgsl",
+        "ping_pong/entry_sides.wgsl",
+    );
+    /// Phase 3a: one cell, by planes as published.
+    pub const STEP: &str = step_program!("ping_pong/planes.wgsl");
+    /// Phase 3a: one cell, by sides.
+    pub const STEP_SIDES: &str = step_program!(
+        "common/sides.wgsl",
+        "raycast_peel/shear.wgsl",
+        "ping_pong/sides.wgsl"
     );
     /// Phase 3b: retire idle rays.
     pub const RETIRE: &str = program!("ping_pong/rays.wgsl", "ping_pong/retire.wgsl");
@@ -266,7 +294,7 @@ pub mod ping_pong {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 33] = [
+pub const PROGRAMS: [(&str, &str); 35] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -296,7 +324,9 @@ pub const PROGRAMS: [(&str, &str); 33] = [
     ("raycast_peel::AIM", raycast_peel::AIM),
     ("raycast_peel::SCALARS", raycast_peel::SCALARS),
     ("ping_pong::ENTRY", ping_pong::ENTRY),
+    ("ping_pong::ENTRY_SIDES", ping_pong::ENTRY_SIDES),
     ("ping_pong::STEP", ping_pong::STEP),
+    ("ping_pong::STEP_SIDES", ping_pong::STEP_SIDES),
     ("ping_pong::RETIRE", ping_pong::RETIRE),
     ("ping_pong::TALLY", ping_pong::TALLY),
     ("ping_pong::DISPLAY", ping_pong::DISPLAY),

@@ -28,6 +28,11 @@ pub(crate) struct Layout {
 }
 
 /// In which order cells and vertices lie in memory.
+///
+/// CPU seconds a frame of 256x256 on a sphere of 2 M cells, 5.3 M visits, medians of five frames
+/// drawn in turn on llvmpipe (Mesa 22.3.6, a busy machine): 0.63 along a Morton curve, 0.66 in
+/// the lattice's own order, 0.82 breadth-first from neighbor to neighbor, 1.15 at random. So
+/// Morton is worth little for a mesh that a lattice has ordered, and 1.8 for one without order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Locality {
     /// As the mesh has them.

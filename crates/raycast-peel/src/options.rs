@@ -21,7 +21,7 @@ pub struct RaycastOptions {
     pub locality: Locality,
     /// Whether the walk compares products as integers on every device. Otherwise it does
     /// where products of floats are not rounded to nearest, which is slower and changes
-    /// nothing else. [`Passes::Single`] only.
+    /// nothing else. Where rays cross [`Crossings::Planes`] there are no such products.
     pub integer_sides: bool,
     /// Tiles along each side of the image, 1 to 8. [`Passes::PingPong`] only.
     pub tiles: u32,
@@ -32,8 +32,28 @@ pub struct RaycastOptions {
     /// of the mesh's greatest extent, 0 or more. [`Passes::PingPong`] only.
     ///
     /// The paper has 0.1 in its meshes' own unit: 0.0045 of the Blunt Fin's extent.
-    /// What is thinner than this, between two entries of a ray, is not seen.
+    /// What is thinner than this, between two entries of a ray, is not seen. Only where
+    /// rays cross [`Crossings::Planes`].
     pub peel_bias: f32,
+    /// How a ray's way through cells is found. [`Passes::PingPong`] only.
+    pub crossings: Crossings,
+}
+
+/// How a step a pass finds where a ray comes into the mesh and leaves each cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Crossings {
+    /// As published: by the planes of faces, with scalars from a cell's gradient; boundary
+    /// faces are rasterized, and a layer is behind the one before by a bias.
+    Planes,
+    /// By the sides on which edges pass, with scalars from positive weights, as
+    /// [`Passes::Single`] does; layers are in the order of depth and cell, without a bias.
+    Sides,
+}
+
+impl Crossings {
+    /// Every way, with its name in settings.
+    pub const ALL: [(&'static str, Crossings); 2] =
+        [("planes", Crossings::Planes), ("sides", Crossings::Sides)];
 }
 
 /// How many of a ray's steps one pass takes.
@@ -74,6 +94,7 @@ impl Default for RaycastOptions {
             // λ of a plane is a quotient of sums of three products of numbers up to 4: each
             // term rounds by 2⁻²², so steep faces err by less than 2⁻¹⁹ of half an extent.
             peel_bias: 1.0 / (1 << 19) as f32,
+            crossings: Crossings::Planes,
         }
     }
 }

@@ -74,6 +74,7 @@ impl Style {
             ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
         ];
         constants.extend(table.constants(segments.scalars));
+        constants.extend(passes.constants());
         Ok(Style {
             appearance: appearance.clone(),
             passes: passes.styled(gpu, &constants, &[model])?,
@@ -91,8 +92,8 @@ impl PingPong {
         options: &RaycastOptions,
     ) -> Result<PingPong, Error> {
         let map = ScalarMap::of(&appearance.transfer_function);
-        let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options.locality)?;
-        let passes = Passes::new(gpu)?;
+        let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options)?;
+        let passes = Passes::new(gpu, options)?;
         Ok(PingPong {
             style: Style::new(gpu, &passes, &mesh, appearance, options, None)?,
             passes,
@@ -132,7 +133,7 @@ impl VolumeRenderer for PingPong {
             return self.mesh.write_scalars(&self.gpu);
         }
         let map = ScalarMap::of(&self.style.appearance.transfer_function);
-        let mesh = Mesh::new(&self.gpu, source, map, self.options.locality)?;
+        let mesh = Mesh::new(&self.gpu, source, map, &self.options)?;
         self.style = self.new_style(&mesh, &self.style.appearance)?;
         self.mesh = mesh;
         Ok(())

@@ -32,7 +32,7 @@ impl RaycastPeel {
         appearance: &Appearance,
         options: &RaycastOptions,
     ) -> Result<RaycastPeel, Error> {
-        abilities(options.passes).check(NAME, appearance)?;
+        check(options.passes, appearance)?;
         options.validate()?;
         let form = match options.passes {
             Passes::Single => {
@@ -92,11 +92,11 @@ impl VolumeRenderer for RaycastPeel {
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         match &mut self.form {
             Form::Single(single) => {
-                abilities(Passes::Single).check(NAME, appearance)?;
+                check(Passes::Single, appearance)?;
                 single.restyle(appearance)
             }
             Form::PingPong(ping_pong) => {
-                abilities(Passes::PingPong).check(NAME, appearance)?;
+                check(Passes::PingPong, appearance)?;
                 ping_pong.restyle(appearance)
             }
         }
@@ -110,12 +110,23 @@ impl VolumeRenderer for RaycastPeel {
     }
 }
 
-/// What is drawn beyond the volumetric optical models, which the paper ends with.
-fn abilities(passes: Passes) -> Abilities {
-    match passes {
-        Passes::Single => ABILITIES,
-        Passes::PingPong => Abilities::default(),
+/// Refuses what this many steps a pass do not draw: the paper ends with the volumetric
+/// optical models.
+fn check(passes: Passes, appearance: &Appearance) -> Result<(), Error> {
+    ABILITIES.check(NAME, appearance)?;
+    if passes == Passes::Single {
+        return Ok(());
     }
+    let refused = Abilities::default().check(NAME, appearance);
+    refused.map_err(|error| match error {
+        Error::Unsupported { renderer, what, .. } => Error::Unsupported {
+            renderer,
+            what: format!("{what} with passes=ping-pong"),
+            reason: "that is as published, with the volumetric models alone; passes=single has it"
+                .into(),
+        },
+        error => error,
+    })
 }
 
 /// The mesh of `volume`.

@@ -166,6 +166,17 @@ pub(crate) fn mapped_range(mesh: &TetMesh, map: &ScalarMap) -> (f32, f32) {
     (map.scalar(low), map.scalar(high))
 }
 
+/// The constant of `sides.wgsl`.
+pub(crate) fn sides_constant(
+    gpu: &Gpu,
+    options: &RaycastOptions,
+) -> Result<(&'static str, f64), Error> {
+    match options.integer_sides {
+        true => Ok(sides::integer_sides(true)),
+        false => sides::constant(gpu),
+    }
+}
+
 /// The constants of `march.wgsl`, but for its table's.
 fn constants(
     gpu: &Gpu,
@@ -177,10 +188,7 @@ fn constants(
     let per_cell = mesh.source.scalars().association == Association::Cell;
     let [clipped, cued] = look_constants(appearance);
     Ok(vec![
-        match options.integer_sides {
-            true => sides::integer_sides(true),
-            false => sides::constant(gpu)?,
-        },
+        sides_constant(gpu, options)?,
         clipped,
         cued,
         model_constant(appearance.optical_model),

@@ -5,7 +5,7 @@
 // layer every fragment does.
 // In:   the boundary's triangles, the layer before.
 // Out:  the cell behind the face, λ and the scalar there.
-// With: ping_pong/rays.wgsl
+// With: ping_pong/rays.wgsl, ping_pong/planes.wgsl
 
 @group(2) @binding(0) var before: texture_2d<f32>;
 

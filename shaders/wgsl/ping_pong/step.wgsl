@@ -4,7 +4,8 @@
 // the next ("ping-pong"), as no target can be read while it is written.
 // In:   the traversal state (figure 9): cell, λ and scalar; color and opacity.
 // Out:  the same, one cell further.
-// With: ping_pong/rays.wgsl, ping_pong/transfer.wgsl, preintegration/lookup.wgsl and what it needs
+// With: ping_pong/rays.wgsl, ping_pong/planes.wgsl or ping_pong/sides.wgsl,
+//       ping_pong/transfer.wgsl, preintegration/lookup.wgsl and what it needs
 
 @group(2) @binding(0) var states: texture_2d<f32>;
 @group(2) @binding(1) var colors: texture_2d<f32>;
@@ -33,53 +34,35 @@ fn fs_step(@builtin(position) position: vec4f) -> Stepped {
     }
     let ray = ray_of(position);
     let cell = vec2i(state.xy);
-    let planes = planes_of(cell, ray);
-    // The first plane through which the ray goes out.
-    let leaving = select(vec4f(FAR), planes.lambda, planes.toward > vec4f(0.0));
-    let first = textureLoad(neighbors, cell, 0);
-    let last = textureLoad(neighbors, cell + vec2i(1, 0), 0);
-    var next = first.xy;
-    var lambda = leaving.x;
-    if leaving.y < lambda {
-        next = first.zw;
-        lambda = leaving.y;
-    }
-    if leaving.z < lambda {
-        next = last.xy;
-        lambda = leaving.z;
-    }
-    if leaving.w < lambda {
-        next = last.zw;
-        lambda = leaving.w;
-    }
-    if lambda >= FAR {
+    let leaving = leave(cell, ray);
+    if leaving.lambda >= FAR {
         return Stepped(vec4f(LOST, LOST, state.zw), color);
     }
     // A flat cell, or rounding, may go back; what was seen is not seen again.
-    if lambda <= state.z {
-        return Stepped(vec4f(next, state.zw), color);
+    if leaving.lambda <= state.z {
+        return Stepped(vec4f(leaving.next, state.z, scalar_after(state.w, leaving)), color);
     }
-    let back = scalar_at(cell, ray, lambda);
+    let back = leaving.scalar;
     var front = state.w;
     var begin = state.z;
     if SCALARS_PER_CELL {
         front = back;
     } else if front >= TRANSPARENT_SCALAR {
-        front = scalar_at(cell, ray, begin);
+        front = scalar_between(cell, ray, state, leaving, begin);
     }
     if begin < ray.eye {
-        // An orthographic camera in the volume sees what is before it.
-        begin = min(ray.eye, lambda);
-        if front < TRANSPARENT_SCALAR {
-            front = scalar_at(cell, ray, begin);
+        // A camera in the volume sees what is before it.
+        begin = min(ray.eye, leaving.lambda);
+        if front < TRANSPARENT_SCALAR && !SCALARS_PER_CELL {
+            front = scalar_between(cell, ray, state, leaving, begin);
         }
     }
     var sum = color;
-    if lambda > begin && max(front, back) < TRANSPARENT_SCALAR {
-        let piece = segment(front, back, lambda - begin);
+    if leaving.lambda > begin && max(front, back) < TRANSPARENT_SCALAR {
+        let piece = segment(front, back, leaving.lambda - begin);
         sum = over(color, vec4f(piece.xyz, segment_opacity(piece)));
     }
-    return Stepped(vec4f(next, lambda, back), sum);
+    return Stepped(vec4f(leaving.next, leaving.lambda, back), sum);
 }
 
 // Equation 3, model by model: what is behind `front`, as light and opacity.

@@ -269,11 +269,13 @@ fn piece_of(cell: u32, near: vec2f, far: vec2f, seen: f32, line: Line) -> Piece 
     let end = min(far.x, line.end);
     var front = near.y;
     var back = far.y;
-    // Equal scalars stay equal, which `mix` does not promise.
+    var shows = max(front, back) < TRANSPARENT_SCALAR;
     if SCALARS_PER_CELL {
         front = textureLoad(scalars, texel(cell), 0).x;
         back = front;
+        shows = front < TRANSPARENT_SCALAR;
     } else {
+        // Equal scalars stay equal, which `mix` does not promise.
         if begin > near.x {
             front = near.y + (begin - near.x) / (far.x - near.x) * (far.y - near.y);
         }
@@ -281,7 +283,6 @@ fn piece_of(cell: u32, near: vec2f, far: vec2f, seen: f32, line: Line) -> Piece 
             back = near.y + saturate((end - near.x) / (far.x - near.x)) * (far.y - near.y);
         }
     }
-    let shows = max(front, back) < TRANSPARENT_SCALAR;
     var cue = vec2f(1.0);
     if CUED {
         cue = saturate(line.cue.x + vec2f(begin, end) * line.cue.y);

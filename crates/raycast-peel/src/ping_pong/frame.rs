@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use tetrascope_core::glam::{DVec3, DVec4};
+use tetrascope_core::glam::{DVec2, DVec3, DVec4, Vec3};
 use tetrascope_core::{Error, Frame as Picture, FrameStats, Projection, View};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::passes::group;
@@ -13,9 +13,12 @@ use tetrascope_gpu::{Gpu, read_back};
 
 use super::PingPong;
 use super::gpu_data::{Frame, TILES, Tally};
+use super::mesh::Boundary;
 use super::passes::{BEFORE, DEPTHS, TEXELS, record_clear};
 use super::tiles::{Tile, tiles};
+use crate::options::Crossings;
 use crate::rays::Rays;
+use crate::tiles::pixels;
 
 /// Textures as large as the image, which live as long as a frame.
 struct Targets {
@@ -62,6 +65,8 @@ struct Drawing<'a> {
     frame: BindGroup,
     mesh: BindGroup,
     integration: BindGroup,
+    /// Of boundary faces, where rays cross by sides.
+    rectangles: Option<wgpu::Buffer>,
     queries: wgpu::QuerySet,
     answers: wgpu::Buffer,
     /// Which of `states` and `colors` was written last.
@@ -78,10 +83,11 @@ impl PingPong {
         view.validate()?;
         let start = Instant::now();
         let eye = self.mesh.normalization.point(view.camera.position);
-        let inside = match view.camera.projection {
-            Projection::Perspective { .. } => self.mesh.cell_around(eye),
+        let inside = match (view.camera.projection, self.options.crossings) {
+            (Projection::Perspective { .. }, Crossings::Planes) => self.mesh.cell_around(eye),
             // Parallel rays begin before the mesh; what is behind the camera is cut off.
-            Projection::Orthographic { .. } => None,
+            // Those that cross by sides begin there in any case.
+            _ => None,
         };
         let mut drawing = Drawing::new(self, view, inside)?;
         drawing.clear()?;
@@ -130,8 +136,36 @@ impl PingPong {
             eye_depth: rays.eye_depth as f32,
             bias: self.options.peel_bias * extent.max(0.0),
             stop_opacity: self.options.stop_opacity,
-            padding: 0,
+            starts_behind: u32::from(!rays.is_point || self.may_be_inside(view)),
         }
+    }
+
+    /// Whether the eye is in the mesh's box, with room for rounding: else no path leads
+    /// through it, and what lies behind it is not followed.
+    fn may_be_inside(&self, view: &View) -> bool {
+        let bounds = self.mesh.source.bounds();
+        let from_center = (view.camera.position - bounds.center()).abs();
+        from_center.cmple(bounds.size() * 0.501).all()
+    }
+
+    /// The pixels that may see each boundary face: left, bottom, right and top in clip space,
+    /// all 0 where there are none.
+    fn rectangles(&self, view: &View, faces: &[[Vec3; 3]]) -> Vec<[f32; 4]> {
+        let rays = Rays::new(view, &self.mesh.normalization);
+        let size = DVec2::new(view.width.into(), view.height.into());
+        let rectangle = |face| {
+            let (min, max) = pixels(&rays, face, size)?;
+            // Whole pixels, whose centers are at whole numbers here.
+            let min = min.ceil().max(DVec2::ZERO);
+            let max = (max.floor() + 1.0).min(size);
+            let is_seen = min.cmplt(max).all();
+            let [min, max] = [min, max].map(|p| 2.0 * p / size - 1.0);
+            is_seen.then(|| [min.x, -max.y, max.x, -min.y].map(|x| x as f32))
+        };
+        faces
+            .iter()
+            .map(|face| rectangle(face).unwrap_or_default())
+            .collect()
     }
 
     /// From normalized space to clip space, columns. Depth falls from the eye on, so
@@ -188,6 +222,14 @@ impl<'a> Drawing<'a> {
         } = renderer;
         let size = (view.width, view.height);
         let targets = Targets::new(gpu, size)?;
+        let rectangles = match &mesh.boundary {
+            Boundary::Corners(..) => None,
+            Boundary::Faces(_, faces) => {
+                let rectangles = renderer.rectangles(view, faces);
+                let usage = BufferUsages::VERTEX;
+                Some(gpu.upload("ping-pong::rectangles", &rectangles, usage)?)
+            }
+        };
         let frame = [renderer.frame(view, inside)];
         let frame = gpu.upload("ping-pong::frame", &frame, BufferUsages::UNIFORM)?;
         let usage = BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC;
@@ -214,6 +256,7 @@ impl<'a> Drawing<'a> {
                     ty: wgpu::QueryType::Occlusion,
                     count: TILES as u32,
                 }),
+                rectangles,
                 answers,
                 renderer,
                 size,
@@ -269,7 +312,7 @@ impl<'a> Drawing<'a> {
         if layer == 0 && inside {
             passes.record_inside(&mut encoder, groups, this, depths);
         } else {
-            let boundary = (&mesh.boundary, mesh.boundary_corners);
+            let boundary = (&mesh.boundary, self.rectangles.as_ref());
             passes.record_entry(&mut encoder, groups, boundary, this, depths);
         }
         self.stats.passes += 1;

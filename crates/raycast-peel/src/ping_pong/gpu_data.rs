@@ -28,7 +28,8 @@ pub(super) struct Frame {
     pub(super) bias: f32,
     /// The opacity at which a ray is done.
     pub(super) stop_opacity: f32,
-    pub(super) padding: u32,
+    /// 1 if rays by sides may come in behind the eye.
+    pub(super) starts_behind: u32,
 }
 
 /// The most tiles of an image.
@@ -68,7 +69,7 @@ mod tests {
                 eye_depth,
                 bias,
                 stop_opacity,
-                padding
+                starts_behind
             }
         );
         // `padding` is at the end, where WGSL rounds the size up.

@@ -3,10 +3,12 @@
 use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_core::mesh::{Association, FACES, NO_NEIGHBOR};
 use tetrascope_core::{Error, TetMesh};
+use tetrascope_gpu::memory::texture_bytes;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
 
-use crate::layout::{Locality, cell_order, inverse};
+use crate::layout::{cell_order, inverse};
+use crate::options::{Crossings, RaycastOptions};
 use crate::single::{TRANSPARENT_SCALAR, longest_edge};
 
 /// Texels of one cell in each texture.
@@ -85,6 +87,78 @@ impl BoundaryCorner {
     };
 }
 
+/// A boundary face as it is drawn where rays cross by sides.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct BoundaryFace {
+    /// (t_u, t_v) of the cell behind the face.
+    cell: [f32; 2],
+    /// The corner of the cell that is not the face's.
+    opposite: f32,
+}
+
+impl BoundaryFace {
+    pub(super) const LAYOUT: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+        array_stride: size_of::<BoundaryFace>() as u64,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &wgpu::vertex_attr_array![1 => Float32x3],
+    };
+}
+
+/// The boundary's faces as the rasterizer gets them.
+#[derive(Debug)]
+pub(super) enum Boundary {
+    /// Three corners each.
+    Corners(wgpu::Buffer, u32),
+    /// By increasing cell, with the corners, normalized, from which a frame's rectangles come.
+    Faces(wgpu::Buffer, Vec<[Vec3; 3]>),
+}
+
+impl Boundary {
+    fn new(
+        gpu: &Gpu,
+        mesh: &TetMesh,
+        normalization: &Normalization,
+        packing: &Packing,
+        cell_order: &[u32],
+        crossings: Crossings,
+    ) -> Result<Boundary, Error> {
+        let label = "ping-pong::boundary";
+        match crossings {
+            Crossings::Planes => {
+                let corners = boundary_corners(mesh, normalization, packing, cell_order);
+                let buffer = gpu.upload(label, &corners, BufferUsages::VERTEX)?;
+                Ok(Boundary::Corners(buffer, corners.len() as u32))
+            }
+            Crossings::Sides => {
+                let cell_at = inverse(cell_order);
+                let mut faces = mesh.boundary_faces().to_vec();
+                faces.sort_by_key(|&(cell, _)| cell_at[cell as usize]);
+                let drawn: Vec<BoundaryFace> = faces
+                    .iter()
+                    .map(|&(cell, opposite)| BoundaryFace {
+                        cell: packing.texel(cell_at[cell as usize]),
+                        opposite: opposite.into(),
+                    })
+                    .collect();
+                let corners = faces.iter().map(|&(cell, opposite)| {
+                    let points = corners(mesh, normalization, cell);
+                    FACES[usize::from(opposite)].map(|corner| points[corner].as_vec3())
+                });
+                let corners = corners.collect();
+                let buffer = gpu.upload(label, &drawn, BufferUsages::VERTEX)?;
+                Ok(Boundary::Faces(buffer, corners))
+            }
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        match self {
+            Boundary::Corners(buffer, _) | Boundary::Faces(buffer, _) => buffer.size(),
+        }
+    }
+}
+
 /// What `reload` changes.
 #[derive(Debug)]
 pub(super) struct Mesh {
@@ -99,8 +173,8 @@ pub(super) struct Mesh {
     vertices: wgpu::Texture,
     normals: wgpu::Texture,
     neighbors: wgpu::Texture,
-    pub(super) boundary: wgpu::Buffer,
-    pub(super) boundary_corners: u32,
+    pub(super) boundary: Boundary,
+    crossings: Crossings,
 }
 
 impl Mesh {
@@ -108,25 +182,37 @@ impl Mesh {
         gpu: &Gpu,
         source: &TetMesh,
         scalar_map: ScalarMap,
-        locality: Locality,
+        options: &RaycastOptions,
     ) -> Result<Mesh, Error> {
         let normalization = Normalization::of(&source.bounds());
         let limit = gpu.limits().max_texture_dimension_2d;
         let packing = Packing::new(source.cell_count(), limit)?;
-        let cell_order = cell_order(source, locality);
+        let cell_order = cell_order(source, options.locality);
         let geometry = Geometry::new(source, &normalization, &packing, &cell_order);
-        let corners = boundary_corners(source, &normalization, &packing, &cell_order);
-        let texture = |label| {
+        let crossings = options.crossings;
+        let texture = |label, size| {
             let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
-            gpu.texture(label, packing.size(), TextureFormat::Rgba32Float, usage)
+            gpu.texture(label, size, TextureFormat::Rgba32Float, usage)
+        };
+        // Sides need no normals: a texel that nobody reads.
+        let normals_size = match crossings {
+            Crossings::Planes => packing.size(),
+            Crossings::Sides => (1, 1),
         };
         let mesh = Mesh {
             longest_edge: longest_edge(source, &normalization),
-            vertices: texture("ping-pong::vertices")?,
-            normals: texture("ping-pong::normals")?,
-            neighbors: texture("ping-pong::neighbors")?,
-            boundary: gpu.upload("ping-pong::boundary", &corners, BufferUsages::VERTEX)?,
-            boundary_corners: corners.len() as u32,
+            vertices: texture("ping-pong::vertices", packing.size())?,
+            normals: texture("ping-pong::normals", normals_size)?,
+            neighbors: texture("ping-pong::neighbors", packing.size())?,
+            boundary: Boundary::new(
+                gpu,
+                source,
+                &normalization,
+                &packing,
+                &cell_order,
+                crossings,
+            )?,
+            crossings,
             source: source.clone(),
             normalization,
             scalar_map,
@@ -134,7 +220,9 @@ impl Mesh {
             cell_order,
         };
         write(gpu, &mesh.vertices, &geometry.vertices)?;
-        write(gpu, &mesh.normals, &geometry.normals)?;
+        if crossings == Crossings::Planes {
+            write(gpu, &mesh.normals, &geometry.normals)?;
+        }
         mesh.write_scalars(gpu)?;
         Ok(mesh)
     }
@@ -147,6 +235,7 @@ impl Mesh {
             &self.scalar_map,
             &self.packing,
             &self.cell_order,
+            self.crossings,
         );
         write(gpu, &self.neighbors, &texels)
     }
@@ -157,9 +246,8 @@ impl Mesh {
     }
 
     pub(super) fn bytes(&self) -> u64 {
-        let (width, height) = self.packing.size();
-        let texels = u64::from(width) * u64::from(height);
-        3 * texels * size_of::<Texel>() as u64 + self.boundary.size()
+        let textures = self.textures().into_iter().map(texture_bytes);
+        textures.sum::<u64>() + self.boundary.bytes()
     }
 
     /// The cell with `eye`, normalized, in it: its (t_u, t_v) and the scalar there.
@@ -257,6 +345,7 @@ fn neighbor_texels(
     scalar_map: &ScalarMap,
     packing: &Packing,
     cell_order: &[u32],
+    crossings: Crossings,
 ) -> Vec<Texel> {
     let cell_at = inverse(cell_order);
     let mut texels = packing.texels();
@@ -268,13 +357,18 @@ fn neighbor_texels(
                 packing.texel(cell_at[neighbor as usize])
             }
         });
-        let points = corners(mesh, normalization, cell);
-        let field = linear(mesh, scalar_map, cell, &points);
-        texels.copy_from_slice(&[
-            [a[0], a[1], b[0], b[1]],
-            [c[0], c[1], d[0], d[1]],
-            field.gradient.extend(field.at_origin).to_array(),
-        ]);
+        let scalars = match crossings {
+            Crossings::Planes => {
+                let points = corners(mesh, normalization, cell);
+                let field = linear(mesh, scalar_map, cell, &points);
+                field.gradient.extend(field.at_origin).to_array()
+            }
+            Crossings::Sides => mesh.cell_scalars(cell as usize).map(|s| match s {
+                s if s.is_nan() => TRANSPARENT_SCALAR,
+                s => scalar_map.scalar(s),
+            }),
+        };
+        texels.copy_from_slice(&[[a[0], a[1], b[0], b[1]], [c[0], c[1], d[0], d[1]], scalars]);
     }
     texels
 }

@@ -8,10 +8,12 @@ use tetrascope_gpu::wgpu::{
     self, BindGroup, BindGroupLayout, BindingType, Color, CompareFunction, LoadOp, Operations,
     RenderPipeline, ShaderStages, StoreOp, TextureFormat, TextureView,
 };
-use tetrascope_shaders::ping_pong::{DISPLAY, ENTRY, RETIRE, STEP, TALLY};
+use tetrascope_shaders::ping_pong::{DISPLAY, ENTRY, ENTRY_SIDES, RETIRE, STEP, STEP_SIDES, TALLY};
 
-use super::mesh::BoundaryCorner;
+use super::mesh::{Boundary, BoundaryCorner, BoundaryFace};
 use super::tiles::Tile;
+use crate::options::{Crossings, RaycastOptions};
+use crate::single::sides_constant;
 
 /// Of traversal state, layers and the image.
 pub(super) const TEXELS: TextureFormat = TextureFormat::Rgba32Float;
@@ -33,8 +35,12 @@ pub(super) struct Passes {
     pub(super) traversal_layout: BindGroupLayout,
     pub(super) tally_layout: BindGroupLayout,
     pub(super) integration_layout: BindGroupLayout,
+    crossings: Crossings,
+    /// Of `sides.wgsl`, where that decides.
+    sides: Option<(&'static str, f64)>,
     entry: RenderPipeline,
-    inside: RenderPipeline,
+    /// Where rays cross by planes.
+    inside: Option<RenderPipeline>,
     retire: RenderPipeline,
     query: RenderPipeline,
     tally: wgpu::ComputePipeline,
@@ -103,7 +109,12 @@ impl Parts<'_> {
 }
 
 impl Passes {
-    pub(super) fn new(gpu: &Gpu) -> Result<Passes, Error> {
+    pub(super) fn new(gpu: &Gpu, options: &RaycastOptions) -> Result<Passes, Error> {
+        let crossings = options.crossings;
+        let sides = match crossings {
+            Crossings::Planes => None,
+            Crossings::Sides => Some(sides_constant(gpu, options)?),
+        };
         gpu.checked("ping-pong", 0, || {
             let all = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
             let frame_layout = layout(gpu, "ping-pong::frame", all, &[UNIFORM]);
@@ -123,7 +134,19 @@ impl Passes {
             let with = |last: &BindGroupLayout| {
                 pipeline_layout(gpu, "ping-pong", &[&frame_layout, &mesh_layout, last])
             };
-            let entry_module = module(gpu, "ping-pong::entry", ENTRY);
+            let (entry_module, buffers, cull_mode) = match crossings {
+                Crossings::Planes => (
+                    ENTRY,
+                    &[Some(BoundaryCorner::LAYOUT)][..],
+                    Some(wgpu::Face::Back),
+                ),
+                Crossings::Sides => (
+                    ENTRY_SIDES,
+                    &[Some(RECTANGLES), Some(BoundaryFace::LAYOUT)][..],
+                    None,
+                ),
+            };
+            let entry_module = module(gpu, "ping-pong::entry", entry_module);
             let retire_module = module(gpu, "ping-pong::retire", RETIRE);
             let entry = Parts {
                 label: "ping-pong::entry",
@@ -131,16 +154,17 @@ impl Passes {
                 module: &entry_module,
                 vertex: "vs_entry",
                 fragment: Some("fs_entry"),
-                constants: &[],
-                buffers: &[Some(BoundaryCorner::LAYOUT)],
+                constants: sides.as_slice(),
+                buffers,
                 targets: 1,
                 depth: Some((CompareFunction::Greater, true)),
-                cull_mode: Some(wgpu::Face::Back),
+                cull_mode,
             };
             let inside = Parts {
                 label: "ping-pong::inside",
                 vertex: "vs_inside",
                 fragment: Some("fs_inside"),
+                constants: &[],
                 buffers: &[],
                 depth: Some((CompareFunction::Always, false)),
                 cull_mode: None,
@@ -176,7 +200,9 @@ impl Passes {
                 });
             Passes {
                 entry: entry.pipeline(gpu),
-                inside: inside.pipeline(gpu),
+                inside: (crossings == Crossings::Planes).then(|| inside.pipeline(gpu)),
+                crossings,
+                sides,
                 retire: retire.pipeline(gpu),
                 query: query.pipeline(gpu),
                 tally,
@@ -188,6 +214,11 @@ impl Passes {
                 integration_layout,
             }
         })
+    }
+
+    /// The constants of a step's program that no appearance changes.
+    pub(super) fn constants(&self) -> Option<(&'static str, f64)> {
+        self.sides
     }
 
     /// The passes that know the appearance, with the constants of their programs.
@@ -203,11 +234,15 @@ impl Passes {
             &self.traversal_layout,
             &self.integration_layout,
         ];
+        let step_program = match self.crossings {
+            Crossings::Planes => STEP,
+            Crossings::Sides => STEP_SIDES,
+        };
         gpu.checked("ping-pong::step", 0, || {
             let step = Parts {
                 label: "ping-pong::step",
                 layout: &pipeline_layout(gpu, "ping-pong::step", &groups),
-                module: &module(gpu, "ping-pong::step", STEP),
+                module: &module(gpu, "ping-pong::step", step_program),
                 vertex: "vs_step",
                 fragment: Some("fs_step"),
                 constants: step,
@@ -235,11 +270,12 @@ impl Passes {
     }
 
     /// Phases 1 and 2: one layer of boundary front faces, behind the layer in `before`.
+    /// Where rays cross by sides, `rectangles` are the pixels of each face.
     pub(super) fn record_entry(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         groups: [&BindGroup; 3],
-        boundary: (&wgpu::Buffer, u32),
+        (boundary, rectangles): (&Boundary, Option<&wgpu::Buffer>),
         layer: &TextureView,
         depths: &TextureView,
     ) {
@@ -252,8 +288,18 @@ impl Passes {
         );
         pass.set_pipeline(&self.entry);
         set(&mut pass, &groups);
-        pass.set_vertex_buffer(0, boundary.0.slice(..));
-        pass.draw(0..boundary.1, 0..1);
+        match (boundary, rectangles) {
+            (Boundary::Corners(corners, count), _) => {
+                pass.set_vertex_buffer(0, corners.slice(..));
+                pass.draw(0..*count, 0..1);
+            }
+            (Boundary::Faces(faces, corners), Some(rectangles)) => {
+                pass.set_vertex_buffer(0, rectangles.slice(..));
+                pass.set_vertex_buffer(1, faces.slice(..));
+                pass.draw(0..6, 0..corners.len() as u32);
+            }
+            (Boundary::Faces(..), None) => {}
+        }
     }
 
     /// In place of phase 1 where the eye is in a cell.
@@ -271,7 +317,10 @@ impl Passes {
             Some(depth_attachment(depths, LoadOp::Clear(0.0))),
             None,
         );
-        pass.set_pipeline(&self.inside);
+        let Some(inside) = &self.inside else {
+            return;
+        };
+        pass.set_pipeline(inside);
         set(&mut pass, &groups);
         pass.draw(0..3, 0..1);
     }
@@ -370,6 +419,13 @@ impl StyledPasses {
         pass.draw(0..3, 0..1);
     }
 }
+
+/// Left, bottom, right and top of the pixels that may see a boundary face, clip space.
+const RECTANGLES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+    array_stride: 16,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &wgpu::vertex_attr_array![0 => Float32x4],
+};
 
 /// A layer where nothing comes in: no cell, and behind everything, so that no later
 /// layer is behind it.

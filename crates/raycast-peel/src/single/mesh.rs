@@ -14,8 +14,7 @@ use crate::layout::Layout;
 use crate::options::Locality;
 
 /// In place of a scalar that is not a number, as WGSL promises nothing for NaN.
-/// Mapped scalars stay below 10³⁰; the shader takes anything from 10³⁴ on for this,
-/// so it still shows where a face's weights reduce it.
+/// Mapped scalars stay below 10³⁰; shaders take anything from 10³⁴ on for this.
 pub(crate) const TRANSPARENT_SCALAR: f32 = 1e38;
 
 /// Position and scalar of a vertex.

@@ -171,25 +171,46 @@ pub(crate) fn surfaces(volume: &Volume, appearance: Appearance) -> Appearance {
     }
 }
 
-/// Whether a ray within 1e-4 of a pixel of this one has this color. f32 moves rays by less
-/// than that (2⁻²⁴ of the distance of some hundred pixels), so it decides what a
-/// ray along a surface's outline, or along an edge between two facets, sees.
-pub(crate) fn is_explained(truth: &Reference, view: &View, pixel: usize, got: [f32; 4]) -> bool {
+/// Whether what is within f32's reach of this pixel has this color: a ray within 1e-4 of a
+/// pixel, as f32 moves rays by less than that (2⁻²⁴ of the distance of some hundred
+/// pixels), or surfaces within 2⁻²² of the field's range of their values, as scalars are
+/// rounded to 2⁻²⁴ of it and three of them are summed. So f32 decides what a ray along a
+/// surface's outline sees, and which of two facets one meets where it crosses from cell to cell.
+pub(crate) fn is_explained(
+    truth: &Reference,
+    volume: &Volume,
+    appearance: &Appearance,
+    view: &View,
+    pixel: usize,
+    got: [f32; 4],
+) -> bool {
     let (column, row) = (pixel as u32 % view.width, pixel as u32 / view.width);
     let background = view.premultiplied_background();
-    (0..16).any(|i| {
+    let is_near = |truth: &Reference, ray: &Ray| {
+        let trace = truth.trace(ray).expect("a ray");
+        (0..4).all(|c| {
+            let want = trace.pixel[c] + (1.0 - trace.pixel[3]) * background[c];
+            (want - f64::from(got[c])).abs() <= 1e-3
+        })
+    };
+    let moved_ray = (0..16).any(|i| {
         let angle = f64::from(i) / 16.0 * std::f64::consts::TAU;
         let shift = 1e-4 * DVec2::from_angle(angle);
         let size = DVec2::new(view.width.into(), view.height.into());
         let at = 2.0 * (DVec2::new(column.into(), row.into()) + 0.5 + shift) / size - 1.0;
-        let ray: Ray = view.camera.ray(at.x, -at.y, size.x / size.y);
-        let trace = truth.trace(&ray).expect("a ray");
-        let near = |c: usize| {
-            let want = trace.pixel[c] + (1.0 - trace.pixel[3]) * background[c];
-            (want - f64::from(got[c])).abs() <= 1e-3
-        };
-        (0..4).all(near)
-    })
+        is_near(truth, &view.camera.ray(at.x, -at.y, size.x / size.y))
+    });
+    let (low, high) = volume.scalar_range().expect("a field");
+    moved_ray
+        || [-1.0, 1.0].into_iter().any(|sign| {
+            let mut appearance = appearance.clone();
+            for surface in &mut appearance.isosurfaces {
+                surface.value += sign * (high - low) / f64::from(1 << 22);
+            }
+            let mut truth = truth.clone();
+            truth.restyle(&appearance).expect("it draws all");
+            is_near(&truth, &view.ray(column, row))
+        })
 }
 
 /// A mesh file, in the folder that `TETRASCOPE_DATA` names or in `../shared/data` beside the

@@ -175,7 +175,7 @@ fn isosurfaces_agree_with_the_reference() {
                     if errors.fold(0.0, f64::max) > 1e-3 || !same_depth {
                         outliers += 1;
                         assert!(
-                            is_explained(&reference, &view, i, *got),
+                            is_explained(&reference, &volume, &appearance, &view, i, *got),
                             "{name}, pixel {i}: {got:?} {}, truth {want:?} {}",
                             depths[i],
                             true_depths[i]

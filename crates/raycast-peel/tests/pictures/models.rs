@@ -1,12 +1,17 @@
 //! Every optical model in both projections on the seven meshes that ray casting is judged by.
 
-use tetrascope_core::{Appearance, CameraFit, OpticalModel, View, Volume, VolumeRenderer as _};
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::{
+    Appearance, Camera, CameraFit, DirectionalLight, Frame, Isosurface, Lighting, OpticalModel,
+    Projection, TetMesh, View, Volume, VolumeRenderer as _,
+};
 use tetrascope_gpu::{Gpu, testing};
-use tetrascope_raycast_peel::RaycastOptions;
+use tetrascope_raycast_peel::{Crossings, Passes, RaycastOptions};
+use tetrascope_reference::Reference;
 
 use crate::common::{
-    angular_sector, blunt_fin, difference, fitted, is_explained, liquid_oxygen_post, mesh, ramp,
-    renderer, scale, super_phoenix, surfaces, truth,
+    angular_sector, blunt_fin, data, difference, exactly, fitted, is_explained, liquid_oxygen_post,
+    mesh, ramp, renderer, scale, super_phoenix, surfaces, truth, view,
 };
 
 /// Whether to draw what the bars are stated for, by hand and in release: 512 pixels a side
@@ -47,31 +52,77 @@ fn of_model(volume: &Volume, model: OpticalModel) -> Appearance {
 const RMSE: f64 = 1e-5;
 const MAX: f64 = 1e-3;
 
+/// How far a step a pass may be from that in any channel: both cross faces alike, and round
+/// sums of some hundred cells otherwise, 2⁻²⁴ each.
+const APART: f64 = 1e-5;
+
+/// A step a pass, with the decisions of one dispatch.
+fn by_sides() -> RaycastOptions {
+    RaycastOptions {
+        passes: Passes::PingPong,
+        crossings: Crossings::Sides,
+        ..RaycastOptions::default()
+    }
+}
+
+/// Replaces the pixels that are off and explained, and returns how many there are.
+fn explain(
+    frame: &mut Frame,
+    exact: &[[f64; 4]],
+    reference: &Reference,
+    volume: &Volume,
+    appearance: &Appearance,
+    view: &View,
+) -> usize {
+    let mut explained = 0;
+    for (i, (got, want)) in frame.pixels.iter_mut().zip(exact).enumerate() {
+        let errors = (0..4).map(|c| (f64::from(got[c]) - want[c]).abs());
+        let is_off = errors.fold(0.0, f64::max) > MAX;
+        if is_off && is_explained(reference, volume, appearance, view, i, *got) {
+            *got = want.map(|c| c as f32);
+            explained += 1;
+        }
+    }
+    explained
+}
+
 fn check(gpu: &Gpu, name: &str, volume: &Volume) {
     let mut reference = truth(volume, &ramp(volume));
     for model in OpticalModel::ALL {
         let appearance = of_model(volume, model);
         reference.restyle(&appearance).expect("it draws all");
         let single = renderer(gpu, volume, &appearance, &RaycastOptions::default());
+        let stepped = (model != OpticalModel::Isosurfaces)
+            .then(|| renderer(gpu, volume, &appearance, &by_sides()));
         for (from, view) in views(volume) {
             let what = format!("{name}, {}, {from}", model.name());
             let exact = reference.render_exact(&view).expect("a frame");
             let mut frame = single.render(&view).expect("a frame");
+            if let Some(stepped) = &stepped {
+                let stepped = stepped.render(&view).expect("a frame");
+                assert_eq!(stepped.stats.lost_rays, Some(0), "{what}");
+                let apart = difference(&stepped, &exactly(&frame));
+                let scale = scale(&exact.pixels);
+                println!(
+                    "{what}: a step a pass {:.1e}, {:.1e}",
+                    apart.rmse, apart.max
+                );
+                assert!(apart.max <= APART * scale, "{what}: {apart:?}");
+            }
             assert_eq!(frame.stats.lost_rays, Some(0), "{what}");
             assert_eq!(frame.stats.unpaired_faces, Some(0), "{what}");
             let scale = scale(&exact.pixels);
-            // Which of two surfaces a ray along an outline meets is f32's guess.
-            let mut outlines = 0;
-            if model == OpticalModel::Isosurfaces {
-                for (i, (got, want)) in frame.pixels.iter_mut().zip(&exact.pixels).enumerate() {
-                    let errors = (0..4).map(|c| (f64::from(got[c]) - want[c]).abs());
-                    if errors.fold(0.0, f64::max) > MAX && is_explained(&reference, &view, i, *got)
-                    {
-                        *got = want.map(|c| c as f32);
-                        outlines += 1;
-                    }
-                }
-            }
+            let outlines = match model {
+                OpticalModel::Isosurfaces => explain(
+                    &mut frame,
+                    &exact.pixels,
+                    &reference,
+                    volume,
+                    &appearance,
+                    &view,
+                ),
+                _ => 0,
+            };
             let errors = difference(&frame, &exact.pixels);
             println!(
                 "{what}: rmse {:.1e}, max {:.1e} of {scale:.1}, {outlines} on outlines",
@@ -92,14 +143,60 @@ macro_rules! judged {
         fn $test() {
             let test = stringify!($test);
             let Some(gpu) = testing::gpu(test) else { return };
-            let make: fn(&str) -> Option<tetrascope_core::TetMesh> = $mesh;
+            let make: fn(&str) -> Option<TetMesh> = $mesh;
             let Some(mesh) = make(test) else { return };
             check(&gpu, test, &Volume::Mesh(mesh));
         }
     )+};
 }
 
-fn made(name: &str) -> Option<tetrascope_core::TetMesh> {
+/// The one pixel of this picture that errs by more than 1e-3: a ray meets the surface 2.5e-7
+/// before the face between two cells, where the scalar is 1.3e-7 of the field's range above
+/// the surface's value, and in f32 behind it, where the facet is 3e-3 darker.
+#[test]
+fn the_pixel_of_the_blunt_fin_that_is_off_is_explained() {
+    let test = "the_pixel_of_the_blunt_fin_that_is_off_is_explained";
+    let (Some(gpu), Some(data)) = (testing::gpu(test), data(test, "bluntfin_tets.vtu")) else {
+        return;
+    };
+    let volume = Volume::Mesh(data.into_mesh(Some("density")).expect("a mesh"));
+    let camera = Camera {
+        position: DVec3::new(-22.0, 15.0, 20.0),
+        focal_point: DVec3::new(2.4, 3.6, 2.4),
+        view_up: DVec3::Y,
+        projection: Projection::Perspective { view_angle: 30.0 },
+    };
+    let (low, high) = volume.scalar_range().expect("a field");
+    let appearance = Appearance {
+        optical_model: OpticalModel::Isosurfaces,
+        isosurfaces: vec![Isosurface {
+            value: (low + high) / 2.0,
+            color: DVec3::new(1.0, 0.8, 0.6),
+        }],
+        // The headlight, which the trace of one ray would have along that ray.
+        lighting: Lighting {
+            ambient: 0.2,
+            lights: vec![DirectionalLight {
+                toward: camera.position - camera.focal_point,
+                color: DVec3::splat(0.8),
+            }],
+        },
+        ..ramp(&volume)
+    };
+    let view = view(camera, 512);
+    let single = renderer(&gpu, &volume, &appearance, &RaycastOptions::default());
+    let reference = truth(&volume, &appearance);
+    let mut frame = single.render(&view).expect("a frame");
+    let exact = reference.render_exact(&view).expect("a frame").pixels;
+    // Another device may round to the other side, or at other pixels.
+    let explained = explain(&mut frame, &exact, &reference, &volume, &appearance, &view);
+    let errors = difference(&frame, &exact);
+    println!("{explained} explained, {errors:?}");
+    assert!(explained <= 4, "{explained}");
+    assert!(errors.rmse <= RMSE && errors.max <= MAX, "{errors:?}");
+}
+
+fn made(name: &str) -> Option<TetMesh> {
     let cells = if at_full_size() { None } else { Some(5000) };
     Some(mesh(name, cells))
 }

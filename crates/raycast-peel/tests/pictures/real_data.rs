@@ -3,10 +3,10 @@
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Camera, CameraFit, Frame, TetMesh, View, Volume, VolumeRenderer as _};
 use tetrascope_gpu::testing;
-use tetrascope_raycast_peel::{Passes, RaycastOptions};
+use tetrascope_raycast_peel::{Crossings, Passes, RaycastOptions};
 
 use crate::common::{
-    Difference, angular_sector, blunt_fin, difference, liquid_oxygen_post, ramp, renderer,
+    Difference, angular_sector, blunt_fin, difference, exactly, liquid_oxygen_post, ramp, renderer,
     super_phoenix, truth,
 };
 
@@ -39,14 +39,17 @@ fn check(test: &str, mesh: TetMesh) {
     };
     let volume = Volume::Mesh(mesh);
     let appearance = ramp(&volume);
-    let new = |passes| {
+    let new = |passes, crossings| {
         let options = RaycastOptions {
             passes,
+            crossings,
             ..RaycastOptions::default()
         };
         renderer(&gpu, &volume, &appearance, &options)
     };
-    let (single, ping_pong) = (new(Passes::Single), new(Passes::PingPong));
+    let single = new(Passes::Single, Crossings::Planes);
+    let ping_pong = new(Passes::PingPong, Crossings::Planes);
+    let by_sides = new(Passes::PingPong, Crossings::Sides);
     let reference = truth(&volume, &appearance);
     let bounds = volume.bounds();
     let inside = Camera {
@@ -94,7 +97,12 @@ fn check(test: &str, mesh: TetMesh) {
             ),
             lost: stepped.stats.lost_rays.expect("counted"),
         };
-        println!("{test}, {from}: {errors:?}");
+        let stepped = by_sides.render(&view).expect("a frame");
+        assert_eq!(stepped.stats.lost_rays, Some(0), "{test}, {from}");
+        let apart = difference(&stepped, &exactly(&frame));
+        println!("{test}, {from}: {errors:?}, by sides {apart:?}");
+        // As of the small scenes in `ping_pong.rs`.
+        assert!(apart.max <= 1e-5, "{test}, {from}: {apart:?}");
         // The bar: no pixel beyond 1e-3.
         let Difference { rmse, max } = errors.single;
         assert!(rmse <= 1e-5 && max <= 1e-3, "{test}, {from}: {errors:?}");

@@ -2,8 +2,8 @@
 
 use tetrascope_core::{Error, OpticalModel, Volume};
 use tetrascope_raycast_peel::{
-    ABILITIES, INTEGRATIONS, Integration, Locality, MAX_TILES, NAME, Passes, RaycastOptions,
-    RaycastPeel,
+    ABILITIES, Crossings, INTEGRATIONS, Integration, Locality, MAX_TILES, NAME, Passes,
+    RaycastOptions, RaycastPeel,
 };
 
 use super::{Algorithm, Promise, choice};
@@ -55,6 +55,13 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             default: "8",
         },
         Setting {
+            name: "crossings",
+            about: "how rays cross faces: by planes with a bias as published, or by sides as \
+                    single passes do; ping-pong only",
+            values: Values::Choice(&["planes", "sides"]),
+            default: "planes",
+        },
+        Setting {
             name: "stop-opacity",
             about: "the opacity at which a ray stops; 1 is exact, the paper has 0.95",
             values: Values::Number { min: 0.5, max: 1.0 },
@@ -102,14 +109,15 @@ fn sweep(model: OpticalModel) -> &'static [&'static str] {
 }
 
 /// At a step of the transfer function a table errs by a share of the step, however fine
-/// it is, and with ping-pong passes the rasterizer's guess decides about rays near an
-/// outline; the crate's tests hold both to bounds.
+/// it is, and where ping-pong passes cross planes the rasterizer's guess decides about rays
+/// near an outline; the crate's tests hold both to bounds.
 fn promise(settings: &Settings) -> Promise {
     let left_out = 1.0 - settings.number("stop-opacity");
-    match (settings.get("passes"), settings.get("integration")) {
-        ("single", "exact") if left_out == 0.0 => Promise::Exact,
-        ("single", "exact") => Promise::Within(left_out),
-        _ => Promise::Open,
+    let by_sides = settings.get("passes") == "single" || settings.get("crossings") == "sides";
+    match by_sides && settings.get("integration") == "exact" {
+        true if left_out == 0.0 => Promise::Exact,
+        true => Promise::Within(left_out),
+        false => Promise::Open,
     }
 }
 
@@ -120,6 +128,7 @@ fn options(settings: &Settings) -> RaycastOptions {
         integration: choice(settings, "integration", &INTEGRATIONS)(table_size),
         tiles: settings.integer("tiles") as u32,
         query_interval: settings.integer("query-interval") as u32,
+        crossings: choice(settings, "crossings", &Crossings::ALL),
         stop_opacity: settings.number("stop-opacity") as f32,
         locality: choice(settings, "locality", &Locality::ALL),
         ..RaycastOptions::default()
