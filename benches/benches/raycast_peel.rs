@@ -1,29 +1,39 @@
-//! Tables 1 to 4 of Bernardon, Pagot, Comba and Silva, how frame time grows with the mesh, and
-//! what the order of cells in memory is worth:
-//! `raycast-peel/tables/blunt/187k cells/exact/4x4`.
+//! Tables 1 to 4 of Bernardon, Pagot, Comba and Silva, what tiles are worth, how frame time grows
+//! with the mesh, and what the order of cells in memory is worth:
+//! `raycast-peel/tables/blunt/187k cells/table-2d-fixed/4x4`.
 //!
-//! Times are wall times with the readback in them.
+//! Times are wall times with the readback in them. What is compared is drawn in turn, and a time
+//! is the median over the rounds, so that a machine that is busy at times favors nobody;
+//! criterion is handed the samples. Rounds end with a budget: all of this takes a few minutes.
 
 use std::collections::HashMap;
-use std::hint::black_box;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use tetrascope::Context;
 use tetrascope::core::glam::DVec3;
-use tetrascope::core::mesh::{Association, Split};
+use tetrascope::core::mesh::{Association, NO_NEIGHBOR, Split};
 use tetrascope::core::{
-    Appearance, Camera, CameraFit, Frame, Knot, OpticalModel, Scalars, TetMesh, TransferFunction,
-    View, Volume, VolumeRenderer as _,
+    Appearance, Camera, CameraFit, FrameStats, Knot, OpticalModel, Scalars, TetMesh,
+    TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope::datasets::{Options, find};
 use tetrascope::gpu::Gpu;
 use tetrascope::io::{MeshData, ReadOptions, read_mesh};
 use tetrascope::raycast_peel::{Integration, Locality, Passes, RaycastOptions, RaycastPeel};
 
-/// Pixels a side; the paper has 512.
+/// Pixels a side of the tables, whose paper has 512, and of growth.
 const SIDE: u32 = 256;
+
+/// Pixels a side where tiles are compared.
+const TILED_SIDE: u32 = 512;
+
+/// Rounds end when this is used up, after the first.
+const BUDGET: Duration = Duration::from_secs(15);
+
+/// The most rounds.
+const ROUNDS: usize = 7;
 
 /// The device, or why there is none.
 fn gpu(context: &Context) -> Option<&Gpu> {
@@ -129,22 +139,13 @@ fn ramp(mesh: &TetMesh) -> Appearance {
     Appearance::new(function, OpticalModel::EmissionAbsorption)
 }
 
-fn views(volume: &Volume) -> [View; 3] {
+fn views(volume: &Volume, side: u32) -> [View; 3] {
     [CameraFit::PlusIso, CameraFit::MinusIso, CameraFit::PlusX].map(|from| View {
         camera: Camera::fit(&volume.bounds(), from, false, 1.0),
-        width: SIDE,
-        height: SIDE,
+        width: side,
+        height: side,
         background: [0.0; 4],
     })
-}
-
-/// The least of three frames' seconds, and the frame.
-fn quickest(renderer: &RaycastPeel, view: &View) -> (f64, Frame) {
-    let frames = [(); 3].map(|()| renderer.render(view).expect("a frame"));
-    let seconds = frames.iter().map(|f| f.stats.cpu_seconds);
-    let least = seconds.fold(f64::INFINITY, f64::min);
-    let [frame, ..] = frames;
-    (least, frame)
 }
 
 fn new(gpu: &Gpu, volume: &Volume, options: &RaycastOptions) -> RaycastPeel {
@@ -154,13 +155,156 @@ fn new(gpu: &Gpu, volume: &Volume, options: &RaycastOptions) -> RaycastPeel {
     RaycastPeel::new(gpu, volume, &ramp(mesh), options).expect("a mesh")
 }
 
-fn range(values: &[f64]) -> (f64, f64) {
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    (least, values.iter().copied().fold(0.0, f64::max))
+/// One picture of one renderer, drawn in turn with others.
+struct Course<'a> {
+    renderer: &'a RaycastPeel,
+    view: View,
+    /// Seconds.
+    samples: Vec<f64>,
+    stats: FrameStats,
 }
 
-/// Over three cameras: the time of all frames, and of each tile the least and greatest
-/// number of passes.
+impl<'a> Course<'a> {
+    fn new(renderer: &'a RaycastPeel, view: View) -> Course<'a> {
+        Course {
+            renderer,
+            view,
+            samples: Vec::new(),
+            stats: FrameStats::default(),
+        }
+    }
+
+    fn median(&self) -> f64 {
+        let mut sorted = self.samples.clone();
+        sorted.sort_by(f64::total_cmp);
+        sorted[sorted.len() / 2]
+    }
+}
+
+/// Draws each once to warm up, then all in turn.
+fn run(courses: &mut [Course]) {
+    for course in &mut *courses {
+        let frame = course.renderer.render(&course.view).expect("a frame");
+        course.stats = frame.stats;
+    }
+    let start = Instant::now();
+    for round in 0..ROUNDS {
+        if round > 0 && start.elapsed() > BUDGET {
+            break;
+        }
+        for course in &mut *courses {
+            let frame = course.renderer.render(&course.view).expect("a frame");
+            course.samples.push(frame.stats.cpu_seconds);
+        }
+    }
+}
+
+/// Hands criterion what was measured.
+fn report(criterion: &mut Criterion, group: &str, name: &str, courses: &[Course]) {
+    let rounds = courses[0].samples.len();
+    let sums: Vec<Duration> = (0..rounds)
+        .map(|round| courses.iter().map(|c| c.samples[round]).sum())
+        .map(Duration::from_secs_f64)
+        .collect();
+    let mut group = criterion.benchmark_group(group);
+    // Nothing runs here: criterion asks for sums of samples.
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_nanos(1))
+        .measurement_time(Duration::from_nanos(1));
+    let mut next = sums.iter().cycle();
+    group.bench_function(name, |b| {
+        b.iter_custom(|iterations| next.by_ref().take(iterations as usize).sum());
+    });
+    group.finish();
+}
+
+fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let around = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
+    values.into_iter().fold((f64::INFINITY, 0.0), around)
+}
+
+/// What the paper's tables have of one mesh and one table of integrals, over three cameras.
+struct Rows {
+    name: &'static str,
+    cells: usize,
+    /// Least and greatest over the cameras, seconds, by the number of tiles a side.
+    seconds: [(f64, f64); 6],
+    /// Least and greatest over the cameras and the tiles.
+    passes: (f64, f64),
+}
+
+fn measure(
+    criterion: &mut Criterion,
+    gpu: &Gpu,
+    (name, volume): (&'static str, &Volume),
+    (table, integration): (&str, Integration),
+) -> Rows {
+    let cells = volume.cell_count();
+    let renderers = [1, 2, 3, 4, 5, 6].map(|tiles| {
+        let options = RaycastOptions {
+            passes: Passes::PingPong,
+            integration,
+            tiles,
+            stop_opacity: 0.95,
+            ..RaycastOptions::default()
+        };
+        new(gpu, volume, &options)
+    });
+    let views = views(volume, SIDE);
+    let mut courses: Vec<Course> = renderers
+        .iter()
+        .flat_map(|renderer| views.map(|view| Course::new(renderer, view)))
+        .collect();
+    run(&mut courses);
+    let mut rows = Rows {
+        name,
+        cells,
+        seconds: [(0.0, 0.0); 6],
+        passes: range(courses.iter().flat_map(|c| {
+            let passes = c.stats.tile_passes.into_iter().flatten();
+            passes.map(|passes| passes as f64)
+        })),
+    };
+    let group = format!("raycast-peel/tables/{name}/{}k cells/{table}", cells / 1000);
+    for (tiles, (courses, seconds)) in (1..).zip(courses.chunks(3).zip(&mut rows.seconds)) {
+        report(criterion, &group, &format!("{tiles}x{tiles}"), courses);
+        *seconds = range(courses.iter().map(Course::median));
+    }
+    rows
+}
+
+fn print_tables(flat: &[Rows], deep: &[Rows]) {
+    println!("Table 1: mesh, tetrahedra, frames/s and Ktet/s, least and greatest");
+    for rows in flat {
+        let seconds = rows.seconds.iter().flat_map(|&(a, b)| [a, b]);
+        let (quick, slow) = range(seconds);
+        let cells = rows.cells as f64 / 1e3;
+        println!(
+            "{:>6} {cells:.0}K {:.2} {:.2} {:.0} {:.0}",
+            rows.name,
+            1.0 / slow,
+            1.0 / quick,
+            cells / slow,
+            cells / quick
+        );
+    }
+    println!("Table 2: passes a tile, least and greatest, with two axes and with three");
+    for (flat, deep) in flat.iter().zip(deep) {
+        let ((a, b), (c, d)) = (flat.passes, deep.passes);
+        println!("{:>6} {a} {b} {c} {d}", flat.name);
+    }
+    for (number, axes, all) in [(3, "two", flat), (4, "three", deep)] {
+        println!("Table {number}: ms with {axes} axes, 1x1 to 6x6 tiles");
+        for rows in all {
+            let times = rows
+                .seconds
+                .map(|(a, b)| format!("{:.0}-{:.0}", 1e3 * a, 1e3 * b));
+            println!("{:>6} {}", rows.name, times.join(" "));
+        }
+    }
+}
+
 fn tables(criterion: &mut Criterion) {
     let context = Context::new();
     let Some(gpu) = gpu(&context) else { return };
@@ -169,100 +313,202 @@ fn tables(criterion: &mut Criterion) {
         ("blunt", blunt_fin()),
         ("sphere", Some(sphere(240_000))),
     ];
+    let (mut flat, mut deep) = (Vec::new(), Vec::new());
     for (name, mesh) in meshes {
         let Some(mesh) = mesh else { continue };
-        let cells = mesh.cell_count();
-        let volume = Volume::Mesh(mesh);
-        for (table, integration) in [
-            ("exact", Integration::Exact),
-            ("table-3d", Integration::Table3d { n: 64 }),
-        ] {
-            let group = format!("raycast-peel/tables/{name}/{}k cells/{table}", cells / 1000);
-            let mut group = criterion.benchmark_group(group);
-            group
-                .sample_size(10)
-                .measurement_time(Duration::from_secs(3));
-            for tiles in 1..=6 {
-                let options = RaycastOptions {
-                    passes: Passes::PingPong,
-                    integration,
-                    tiles,
-                    ..RaycastOptions::default()
-                };
-                let renderer = new(gpu, &volume, &options);
-                let views = views(&volume);
-                group.bench_function(format!("{tiles}x{tiles}"), |b| {
-                    b.iter(|| {
-                        views.map(|view| black_box(renderer.render(&view).expect("a frame")))
-                    });
-                });
-                let frames = views.map(|view| quickest(&renderer, &view));
-                let (quick, slow) = range(&frames.each_ref().map(|(seconds, _)| *seconds));
-                let passes: Vec<f64> = frames
-                    .iter()
-                    .flat_map(|(_, f)| f.stats.tile_passes.into_iter().flatten())
-                    .map(|n| n as f64)
-                    .collect();
-                let (fewest, most) = range(&passes);
-                let fragments = frames.iter().filter_map(|(_, f)| f.stats.fragments);
-                println!(
-                    "{name}, {table}, {tiles}x{tiles} tiles: {:.0}-{:.0} ms, {:.0}-{:.0} Ktet/s, \
-                     {fewest}-{most} passes a tile, {} fragments",
-                    1e3 * quick,
-                    1e3 * slow,
-                    1e-3 * cells as f64 / slow,
-                    1e-3 * cells as f64 / quick,
-                    fragments.sum::<u64>()
-                );
-            }
-            group.finish();
-        }
+        let mesh = (name, &Volume::Mesh(mesh));
+        let two = ("table-2d-fixed", Integration::TableFixed { n: 256 });
+        flat.push(measure(criterion, gpu, mesh, two));
+        let three = ("table-3d", Integration::Table3d { n: 64 });
+        deep.push(measure(criterion, gpu, mesh, three));
+    }
+    print_tables(&flat, &deep);
+    println!("{SIDE}x{SIDE} pixels on {}", gpu.describe());
+}
+
+/// What tiles are worth on the Blunt Fin, and occlusion queries: frames with 1x1 and 4x4 tiles.
+fn tiling(criterion: &mut Criterion) {
+    let context = Context::new();
+    let (Some(gpu), Some(mesh)) = (gpu(&context), blunt_fin()) else {
+        return;
+    };
+    let volume = Volume::Mesh(mesh);
+    let kinds = [(1, 8), (4, 8), (1, 32), (4, 32)];
+    let renderers = kinds.map(|(tiles, query_interval)| {
+        let options = RaycastOptions {
+            passes: Passes::PingPong,
+            tiles,
+            query_interval,
+            ..RaycastOptions::default()
+        };
+        new(gpu, &volume, &options)
+    });
+    let [view, ..] = views(&volume, TILED_SIDE);
+    let mut courses = renderers.each_ref().map(|r| Course::new(r, view));
+    run(&mut courses);
+    for ((tiles, interval), course) in kinds.iter().zip(&courses) {
+        let stats = &course.stats;
+        println!(
+            "{tiles}x{tiles} tiles, a query every {interval} passes: {:.0} ms, {} passes, {:.1} M \
+             fragments",
+            1e3 * course.median(),
+            stats.passes,
+            1e-6 * stats.fragments.unwrap_or(0) as f64
+        );
+        let name = format!("{tiles}x{tiles}/{interval}");
+        let group = "raycast-peel/tiling/blunt/187k cells";
+        report(criterion, group, &name, std::slice::from_ref(course));
     }
 }
 
+/// The exponent of least squares through points of logarithms.
+fn exponent(samples: &[(f64, f64)]) -> f64 {
+    let count = samples.len() as f64;
+    let logs = || samples.iter().map(|&(x, y)| (x.ln(), y.ln()));
+    let (x, y) = logs().fold((0.0, 0.0), |(x, y), s| (x + s.0, y + s.1));
+    let (x, y) = (x / count, y / count);
+    let rise: f64 = logs().map(|s| (s.0 - x) * (s.1 - y)).sum();
+    let run: f64 = logs().map(|s| (s.0 - x).powi(2)).sum();
+    rise / run
+}
+
 /// A ray crosses as many cells as the cube root of their number: the exponent is 1/3 where
-/// nothing else counts. Not criterion's: what counts is one number over all sizes.
-fn growth(_: &mut Criterion) {
+/// nothing else counts.
+fn growth(criterion: &mut Criterion) {
     let context = Context::new();
     let Some(gpu) = gpu(&context) else { return };
-    let mut samples = Vec::new();
-    for cells in [20_000, 60_000, 200_000, 600_000, 2_000_000] {
-        let mesh = sphere(cells);
-        let cells = mesh.cell_count() as f64;
-        let volume = Volume::Mesh(mesh);
-        for locality in [Locality::Morton, Locality::AsGiven] {
-            let options = RaycastOptions {
-                locality,
-                ..RaycastOptions::default()
-            };
-            let renderer = new(gpu, &volume, &options);
-            let [view, ..] = views(&volume);
-            let (seconds, frame) = quickest(&renderer, &view);
-            let visits = frame.stats.cell_visits.expect("counted") as f64;
-            println!(
-                "{cells} cells, {locality:?}: {:.1} ms, {:.1} M visits/s",
-                1e3 * seconds,
-                1e-6 * visits / seconds
-            );
-            if locality == Locality::Morton {
-                samples.push((cells.ln(), seconds.ln()));
-            }
-        }
+    let volumes = [20_000, 60_000, 200_000, 600_000, 2_000_000].map(|n| Volume::Mesh(sphere(n)));
+    let renderers = volumes
+        .each_ref()
+        .map(|volume| new(gpu, volume, &RaycastOptions::default()));
+    let [view, ..] = views(&volumes[0], SIDE);
+    let mut courses = renderers.each_ref().map(|r| Course::new(r, view));
+    run(&mut courses);
+    let (mut times, mut visits) = (Vec::new(), Vec::new());
+    for (volume, course) in volumes.iter().zip(&courses) {
+        let cells = volume.cell_count() as f64;
+        let visited = course.stats.cell_visits.expect("counted") as f64;
+        println!(
+            "{cells} cells: {:.1} ms, {:.2} M visits, {:.1} M a second",
+            1e3 * course.median(),
+            1e-6 * visited,
+            1e-6 * visited / course.median()
+        );
+        times.push((cells, course.median()));
+        visits.push((cells, visited));
+        let name = format!("{}k cells", volume.cell_count() / 1000);
+        let group = "raycast-peel/growth/sphere";
+        report(criterion, group, &name, std::slice::from_ref(course));
     }
-    // Least squares.
-    let count = samples.len() as f64;
-    let (x, y) = samples
-        .iter()
-        .fold((0.0, 0.0), |(x, y), s| (x + s.0, y + s.1));
-    let (x, y) = (x / count, y / count);
-    let rise: f64 = samples.iter().map(|s| (s.0 - x) * (s.1 - y)).sum();
-    let run: f64 = samples.iter().map(|s| (s.0 - x).powi(2)).sum();
     println!(
-        "frame time grows as the number of cells to the {:.2} on {}",
-        rise / run,
+        "of the number of cells, frame time grows as the power {:.2} and visits as {:.2}, on {}",
+        exponent(&times),
+        exponent(&visits),
         gpu.describe()
     );
 }
 
-criterion_group!(benches, tables, growth);
+/// `mesh` with its cells and points in another order.
+fn reordered(mesh: &TetMesh, cells: &[u32], points: &[u32]) -> TetMesh {
+    let mut place = vec![0; points.len()];
+    for (new, &old) in (0..).zip(points) {
+        place[old as usize] = new;
+    }
+    let tetrahedra = cells
+        .iter()
+        .map(|&cell| mesh.tetrahedra()[cell as usize].map(|point| place[point as usize]));
+    let values = &mesh.scalars().values;
+    let scalars = Scalars {
+        values: points.iter().map(|&p| values[p as usize]).collect(),
+        ..mesh.scalars().clone()
+    };
+    let moved = points.iter().map(|&p| mesh.points()[p as usize]).collect();
+    TetMesh::from_tetrahedra(moved, tetrahedra.collect(), scalars).expect("a mesh")
+}
+
+/// 0 to `count` in a random order (Fisher and Yates; Numerical Recipes' generator).
+fn shuffled(count: usize) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..count as u32).collect();
+    let mut x = 1u32;
+    for last in (1..count).rev() {
+        x = x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        order.swap(last, ((u64::from(x) * (last as u64 + 1)) >> 32) as usize);
+    }
+    order
+}
+
+/// Cells by their distance from the first, in steps from neighbor to neighbor, and points as
+/// these cells meet them.
+fn breadth_first(mesh: &TetMesh) -> (Vec<u32>, Vec<u32>) {
+    let mut cells = vec![0];
+    let mut points = Vec::new();
+    let mut is_listed = vec![false; mesh.cell_count()];
+    let mut is_met = vec![false; mesh.points().len()];
+    is_listed[0] = true;
+    let mut next = 0;
+    while next < cells.len() {
+        let cell = cells[next] as usize;
+        next += 1;
+        for &point in &mesh.tetrahedra()[cell] {
+            if !std::mem::replace(&mut is_met[point as usize], true) {
+                points.push(point);
+            }
+        }
+        for &neighbor in &mesh.neighbors()[cell] {
+            if neighbor != NO_NEIGHBOR
+                && !std::mem::replace(&mut is_listed[neighbor as usize], true)
+            {
+                cells.push(neighbor);
+            }
+        }
+    }
+    (cells, points)
+}
+
+/// The order of cells and vertices in memory, in a mesh that no cache holds.
+fn order(criterion: &mut Criterion) {
+    let context = Context::new();
+    let Some(gpu) = gpu(&context) else { return };
+    let mesh = sphere(2_000_000);
+    let random = reordered(
+        &mesh,
+        &shuffled(mesh.cell_count()),
+        &shuffled(mesh.points().len()),
+    );
+    let (cells, points) = breadth_first(&mesh);
+    assert_eq!(
+        (cells.len(), points.len()),
+        (mesh.cell_count(), mesh.points().len())
+    );
+    let breadth_first = reordered(&mesh, &cells, &points);
+    let orders = [
+        ("morton", Locality::Morton, mesh.clone()),
+        ("as-given", Locality::AsGiven, mesh),
+        ("breadth-first", Locality::AsGiven, breadth_first),
+        ("random", Locality::AsGiven, random),
+    ];
+    let orders = orders.map(|(name, locality, mesh)| (name, locality, Volume::Mesh(mesh)));
+    let [view, ..] = views(&orders[0].2, SIDE);
+    let renderers = orders.each_ref().map(|(_, locality, volume)| {
+        let options = RaycastOptions {
+            locality: *locality,
+            ..RaycastOptions::default()
+        };
+        new(gpu, volume, &options)
+    });
+    let mut courses = renderers.each_ref().map(|r| Course::new(r, view));
+    run(&mut courses);
+    for ((name, ..), course) in orders.iter().zip(&courses) {
+        let visits = course.stats.cell_visits.expect("counted") as f64;
+        println!(
+            "2M cells, {name}: {:.0} ms, {:.1} M visits a second",
+            1e3 * course.median(),
+            1e-6 * visits / course.median()
+        );
+        let group = "raycast-peel/order/sphere/2000k cells";
+        report(criterion, group, name, std::slice::from_ref(course));
+    }
+}
+
+criterion_group!(benches, tables, tiling, growth, order);
 criterion_main!(benches);
