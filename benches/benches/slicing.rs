@@ -3,8 +3,8 @@
 //!
 //! Slices are shaded as published: post-classification, filtered by the texture unit; of
 //! figure 5 also lit by gradients on the fly. `cargo xtask compare` draws the figures from
-//! criterion's results. Images are small so that all takes some ten minutes on a
-//! software adapter with two cores; `TETRASCOPE_SIDE=512` gives the paper's.
+//! criterion's results. Images are small so that the figures take some seven minutes on
+//! a software adapter with two cores; `TETRASCOPE_SIDE=512` gives the paper's.
 
 use std::hint::black_box;
 use std::path::{Path, PathBuf};

@@ -492,10 +492,10 @@ fn thousands(count: u64) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn report(name: &str) -> Report {
+    pub(crate) fn report(name: &str) -> Report {
         let error = ImageError {
             rmse: 1.5e-4,
             max: 2e-3,

@@ -1,20 +1,22 @@
 //! The renderer: what lasts, and how a frame is recorded.
 
+mod parts;
+
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use tetrascope_core::appearance::ClipPlane;
 use tetrascope_core::glam::Vec4;
-use tetrascope_core::grid::{BrickSource, Lattice, SampleType};
+use tetrascope_core::grid::{BrickSource, Lattice};
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, View, Volume, VolumeRenderer,
 };
 use tetrascope_gpu::gather::{Resolve, ResolvePass};
 use tetrascope_gpu::look::look;
 use tetrascope_gpu::memory::Source;
-use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, timer};
+
+use parts::Parts;
 
 use crate::ABILITIES;
 use crate::NAME;
@@ -26,8 +28,8 @@ use crate::gpu_data;
 use crate::octree::{Octree, Place, Visibility};
 use crate::options::{Filtering, Level, Slicer, SlicingOptions, Traversal};
 use crate::polygons::Polygons;
-use crate::slice::{self, Look, NOWHERE, Shape, SliceData, SliceFrame, SlicePass, Sums};
-use crate::voxels::{Scale, Texels, Voxels};
+use crate::slice::{self, NOWHERE, Shape, SliceData, SliceFrame, SlicePass, Sums};
+use crate::voxels::{Scale, Voxels};
 
 /// Pipelines and the uploaded grid.
 #[derive(Debug)]
@@ -620,95 +622,4 @@ impl VolumeRenderer for Slicing {
         frame.depths = distances.map(|d: Vec<f32>| d.into_iter().map(in_world).collect());
         Ok(frame)
     }
-}
-
-/// What a [`Scene`] is made with.
-struct Parts<'a> {
-    gpu: &'a Gpu,
-    options: &'a SlicingOptions,
-    pass: &'a SlicePass,
-}
-
-impl Parts<'_> {
-    /// What is drawn of `volume`; `before` is a scene of the same volume, whose samples on
-    /// the device may serve again.
-    fn scene(
-        &self,
-        appearance: &Appearance,
-        volume: Arc<Samples>,
-        before: Option<&Scene>,
-    ) -> Result<Scene, Error> {
-        let (gpu, options) = (self.gpu, self.options);
-        let tf = &appearance.transfer_function;
-        let table = volume.octree.table(appearance);
-        let visibility = volume.octree.visibility(&table);
-        let (sample_type, range) = (volume.source.sample_type(), volume.range());
-        let texels = Texels::of(gpu, sample_type, options.filtering);
-        let (scale, mut map) = Scale::of(texels, sample_type, appearance, range);
-        let floats = sample_type == SampleType::F32;
-        let serves = |s: &&Scene| {
-            let suits = !floats || s.map.suits_appearance(appearance, range);
-            suits && s.voxels.least_level() == 0
-        };
-        let voxels = match before.filter(serves) {
-            Some(before) => {
-                if floats {
-                    map = before.map;
-                }
-                before.voxels.clone()
-            }
-            None => {
-                let (source, octree, reach) = (&*volume.source, &volume.octree, volume.reach);
-                let voxels = Voxels::new(gpu, source, octree, &visibility, map, reach, options)?;
-                Arc::new(voxels)
-            }
-        };
-        let by_gpu = options.traversal == Traversal::Gpu && voxels.is_complete();
-        let cull = by_gpu.then(|| CullData::new(gpu, &volume.octree, table, &voxels));
-        let knots: Vec<Interval> = intervals(tf, &map, &volume.normalization);
-        let knots = gpu.upload("the transfer function", &knots, BufferUsages::STORAGE)?;
-        // No slab is longer; a little more for rounding.
-        let longest = volume.lattice.spacing.min_element() / options.slices_per_voxel;
-        let thickest = tf.max_extinction(f64::NEG_INFINITY, f64::INFINITY);
-        let look = Look {
-            intervals: &knots,
-            appearance,
-            deepest: (thickest * longest * (1.0 + 1e-4)).min(1e30) as f32,
-            gaps: volume.octree.gaps,
-        };
-        let slice = self.pass.data(gpu, &voxels, &look, options)?;
-        let (format, model) = (options.target_format, appearance.optical_model);
-        let resolve = ResolvePass::new(gpu, model, format)?;
-        let resolve_read_back = if format == READ_BACK_FORMAT {
-            resolve.clone()
-        } else {
-            ResolvePass::new(gpu, model, READ_BACK_FORMAT)?
-        };
-        Ok(Scene {
-            scale,
-            appearance: appearance.clone(),
-            kept: clip_planes(&appearance.clip_planes, &volume.lattice),
-            resolve: [resolve, resolve_read_back],
-            intervals: knots,
-            volume,
-            map,
-            visibility,
-            voxels,
-            cull: cull.transpose()?,
-            slice,
-        })
-    }
-}
-
-/// What planes keep of the lattice: n · p + d ≥ 0.
-fn clip_planes(planes: &[ClipPlane], lattice: &Lattice) -> Vec<Vec4> {
-    let of = |plane: &ClipPlane| {
-        let normal = plane.normal.normalize();
-        let in_lattice = lattice.linear().transpose() * normal;
-        let offset = normal.dot(lattice.origin - plane.point);
-        // Any positive factor will do; this one keeps the numbers near 1.
-        let factor = in_lattice.length().recip();
-        (in_lattice * factor).extend(offset * factor).as_vec4()
-    };
-    planes.iter().map(of).collect()
 }
