@@ -1,5 +1,5 @@
-//! Tables 1 to 4 of Bernardon, Pagot, Comba and Silva, what tiles are worth, how frame time grows
-//! with the mesh, and what the order of cells in memory is worth:
+//! Tables 1 to 4 of Bernardon, Pagot, Comba and Silva, what tiles are worth, how rays find the
+//! boundary fastest, how frame time grows with the mesh, and what the order of cells in memory is worth:
 //! `raycast-peel/tables/blunt/187k cells/table-2d-fixed/4x4`.
 //!
 //! Times are wall times with the readback in them. What is compared is drawn in turn, and a time
@@ -21,7 +21,9 @@ use tetrascope::core::{
 use tetrascope::datasets::{Options, find};
 use tetrascope::gpu::Gpu;
 use tetrascope::io::{MeshData, ReadOptions, read_mesh};
-use tetrascope::raycast_peel::{Integration, Locality, Passes, RaycastOptions, RaycastPeel};
+use tetrascope::raycast_peel::{
+    Entries, Integration, Locality, Passes, RaycastOptions, RaycastPeel,
+};
 
 /// Pixels a side of the tables, whose paper has 512, and of growth.
 const SIDE: u32 = 256;
@@ -69,6 +71,25 @@ fn blunt_fin() -> Option<TetMesh> {
     let field = data.field(Some("density")).expect("a field").clone();
     let mesh = TetMesh::with_split(data.points, &data.cells, field, Split::FiveAlternating);
     Some(mesh.expect("a mesh"))
+}
+
+fn liquid_oxygen_post() -> Option<TetMesh> {
+    let data = data("postxyz.bin")?;
+    let field = data.fields.iter().find(|f| f.name.contains("energy"));
+    let field = field.map(|field| field.name.clone());
+    Some(data.into_mesh(field.as_deref()).expect("a mesh"))
+}
+
+/// Seven blocks that touch but share no point.
+fn angular_sector() -> Option<TetMesh> {
+    let data = data("AngularSector.vtk")?;
+    // Its only field numbers the points.
+    let scalars = Scalars {
+        name: "distance".into(),
+        association: Association::Point,
+        values: data.points.iter().map(|p| p.length()).collect(),
+    };
+    Some(TetMesh::new(data.points, &data.cells, scalars).expect("a mesh"))
 }
 
 /// The mesh that the paper calls spx1: each cell of spx in eight, through the midpoints of
@@ -361,6 +382,54 @@ fn tiling(criterion: &mut Criterion) {
     }
 }
 
+/// Whether rays find boundary faces faster by lists for tiles or by peeled layers.
+fn entries(criterion: &mut Criterion) {
+    let context = Context::new();
+    let Some(gpu) = gpu(&context) else { return };
+    let made = |name| {
+        let dataset = find(name).expect("a data set");
+        dataset.mesh(&Options::default()).ok()
+    };
+    let meshes = [
+        ("blunt", blunt_fin()),
+        (
+            "spx",
+            data("spx.vtu").map(|data| data.into_mesh(None).expect("a mesh")),
+        ),
+        ("post", liquid_oxygen_post()),
+        ("sector", angular_sector()),
+        ("torus", made("torus")),
+        ("sphere", made("sphere")),
+    ];
+    for (name, mesh) in meshes {
+        let Some(mesh) = mesh else { continue };
+        let volume = Volume::Mesh(mesh);
+        let [view, ..] = views(&volume, TILED_SIDE);
+        let renderers = Entries::ALL.map(|(_, entries)| {
+            let options = RaycastOptions {
+                entries,
+                ..RaycastOptions::default()
+            };
+            new(gpu, &volume, &options)
+        });
+        let mut courses = renderers.each_ref().map(|r| Course::new(r, view));
+        run(&mut courses);
+        let group = format!(
+            "raycast-peel/entries/{name}/{}k cells",
+            volume.cell_count() / 1000
+        );
+        for ((by, _), course) in Entries::ALL.iter().zip(&courses) {
+            let layers = course.stats.layers;
+            println!(
+                "{name}, {by}: {:.0} ms{}",
+                1e3 * course.median(),
+                layers.map_or(String::new(), |n| format!(", {n} layers"))
+            );
+            report(criterion, &group, by, std::slice::from_ref(course));
+        }
+    }
+}
+
 /// The exponent of least squares through points of logarithms.
 fn exponent(samples: &[(f64, f64)]) -> f64 {
     let count = samples.len() as f64;
@@ -510,5 +579,5 @@ fn order(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, tables, tiling, growth, order);
+criterion_group!(benches, tables, tiling, entries, growth, order);
 criterion_main!(benches);

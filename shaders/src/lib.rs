@@ -232,9 +232,23 @@ pub mod raycast_peel {
         "preintegration/lookup.wgsl",
         "common/sides.wgsl",
         "common/texels.wgsl",
+        "raycast_peel/rays.wgsl",
         "raycast_peel/shear.wgsl",
         "raycast_peel/walk.wgsl",
+        "raycast_peel/layers.wgsl",
+        "raycast_peel/boundary.wgsl",
         "raycast_peel/march.wgsl",
+    );
+    /// The boundary faces that rays cross, layer by layer.
+    pub const PEEL: &str = program!(
+        "common/sides.wgsl",
+        "common/texels.wgsl",
+        "raycast_peel/rays.wgsl",
+        "raycast_peel/shear.wgsl",
+        "raycast_peel/walk.wgsl",
+        "raycast_peel/layers.wgsl",
+        "raycast_peel/boundary.wgsl",
+        "raycast_peel/peel.wgsl",
     );
     /// Other scalars for vertices that are there.
     pub const SCALARS: &str = program!("raycast_peel/scalars.wgsl");
@@ -250,8 +264,11 @@ pub mod raycast_peel {
         "preintegration/lookup.wgsl",
         "common/sides.wgsl",
         "common/texels.wgsl",
+        "raycast_peel/rays.wgsl",
         "raycast_peel/shear.wgsl",
         "raycast_peel/walk.wgsl",
+        "raycast_peel/layers.wgsl",
+        "raycast_peel/boundary.wgsl",
         "raycast_peel/march.wgsl",
         "raycast_peel/aim.wgsl",
     );
@@ -271,6 +288,7 @@ pub mod ping_pong {
         "common/sides.wgsl",
         "raycast_peel/shear.wgsl",
         "ping_pong/sides.wgsl",
+        "raycast_peel/layers.wgsl",
         "ping_pong/entry_sides.wgsl",
     );
     /// Phase 3a: one cell, by planes as published.
@@ -294,7 +312,7 @@ pub mod ping_pong {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 35] = [
+pub const PROGRAMS: [(&str, &str); 36] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -322,6 +340,7 @@ pub const PROGRAMS: [(&str, &str); 35] = [
     ("slicing::SLICE_FILTERED", slicing::SLICE_FILTERED),
     ("raycast_peel::MARCH", raycast_peel::MARCH),
     ("raycast_peel::AIM", raycast_peel::AIM),
+    ("raycast_peel::PEEL", raycast_peel::PEEL),
     ("raycast_peel::SCALARS", raycast_peel::SCALARS),
     ("ping_pong::ENTRY", ping_pong::ENTRY),
     ("ping_pong::ENTRY_SIDES", ping_pong::ENTRY_SIDES),

@@ -36,7 +36,7 @@ pub struct FrameStats {
     pub unpaired_faces: Option<u64>,
     /// Rays that were given up inside the mesh, or came out where they do not cross it.
     pub lost_rays: Option<u64>,
-    /// Layers of boundary faces from which rays began.
+    /// Layers of boundary faces that were peeled and not empty.
     pub layers: Option<u64>,
     /// Parts of the image that some ray of theirs made worth drawing.
     pub tiles_drawn: Option<u64>,

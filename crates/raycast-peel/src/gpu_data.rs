@@ -1,4 +1,4 @@
-//! `repr(C)` mirrors of the structs in `march.wgsl`.
+//! `repr(C)` mirrors of the structs in `rays.wgsl` and `march.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -26,8 +26,10 @@ pub(crate) struct March {
     pub(crate) stop_depth: f32,
     /// World units in a normalized unit.
     pub(crate) scale: f32,
-    pub(crate) padding_1: u32,
-    pub(crate) padding_2: u32,
+    /// Of the boundary that were peeled.
+    pub(crate) layers: u32,
+    /// A ray in this many layers may be in more, and searches lists.
+    pub(crate) listed_from: u32,
 }
 
 /// `Counters`: what a frame did.
@@ -68,8 +70,8 @@ mod tests {
                 tiles_x,
                 stop_depth,
                 scale,
-                padding_1,
-                padding_2
+                layers,
+                listed_from
             }
         );
         assert_layout!(

@@ -7,7 +7,7 @@
 //!
 //! 1. [`layout`] packs the mesh (the paper's section 4.1 and figure 8).
 //! 2. [`tiles`] lists the boundary faces where the rays of each tile may come in and
-//!    come back (3.3, 3.4).
+//!    come back (3.3, 3.4); or `single/layers.rs` and `peel.wgsl` peel the boundary (3.4).
 //! 3. `raycast_peel/walk.wgsl` decides which face a ray crosses (3.2).
 //! 4. `raycast_peel/march.wgsl` follows rays and integrates (3.2, 4.2).
 //!
@@ -32,7 +32,8 @@
 //!   as its hardware had no loops. So there is no state between passes, no
 //!   occlusion query and no retirement of rays; work groups are the tiles.
 //! - The paper peels the boundary layer by layer with a bias of 0.1 on depths.
-//!   Here a ray finds all its boundary faces in its tile's list, and those
+//!   Here a ray finds all its boundary faces in its tile's list, or in layers that are in
+//!   the order of depth and face, and those
 //!   that belong together are paired by following the ray. There is no bias and
 //!   no other tolerance; `walk.wgsl` says why a ray cannot be lost. What it assumes
 //!   of products is asked of each device once (`sides` of `tetrascope-gpu`).
@@ -82,7 +83,8 @@
 //! - Tiles: of the Blunt Fin at 512x512 [`Passes::PingPong`] shades 73 M fragments with one tile
 //!   and 22 M with 4x4, in 327 passes. That is 7.3 and 5.3 s of wall time, but 2.15 and 2.08 s of
 //!   CPU: the depth test already rejects, block by block, what the tiles spare.
-//! - Entry: lists of boundary faces by tile beat a hierarchy of boxes ([`tiles`]).
+//! - Entry: lists of boundary faces by tile beat peeled layers ([`Entries`]) and a hierarchy of
+//!   boxes ([`tiles`]).
 //! - Order in memory: [`Locality`].
 //!
 //! # Limits
@@ -97,7 +99,9 @@
 //!   plane's λ and a gradient's scalar err in proportion to a cell's thinness.
 //! - With [`Crossings::Sides`] two programs decide about one ray, the one where it comes in and
 //!   the one that steps: a device that compiles their arithmetic differently would lose rays that
-//!   come in within a rounding of an edge. They are counted; llvmpipe has none.
+//!   come in within a rounding of an edge. They are counted; llvmpipe has none. So it is with
+//!   [`Entries::PeeledLayers`], a fragment shader that peels and a compute shader that marches;
+//!   on llvmpipe both get the same bits.
 //! - [`Passes::PingPong`] draws no isosurfaces, depth cue or clip planes, and cannot be recorded
 //!   into the caller's encoder, as the CPU reads occlusion queries between passes.
 
@@ -111,7 +115,7 @@ mod single;
 mod tiles;
 
 pub use options::{
-    Crossings, INTEGRATIONS, Integration, Locality, MAX_TILES, Passes, RaycastOptions,
+    Crossings, Entries, INTEGRATIONS, Integration, Locality, MAX_TILES, Passes, RaycastOptions,
 };
 pub use renderer::RaycastPeel;
 

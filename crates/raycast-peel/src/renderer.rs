@@ -62,7 +62,8 @@ impl RaycastPeel {
     /// A view that is no view, and more pairs of tile and boundary face than 32 bits count.
     /// [`Passes::PingPong`] is unsupported: how many passes a frame takes is known only from
     /// occlusion queries that the CPU reads in between, and a bound that needs none, the
-    /// number of cells, is hundreds of times what rays take.
+    /// number of cells, is hundreds of times what rays take. So is
+    /// [`Entries::PeeledLayers`](crate::Entries), where they tell how many layers there are.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,

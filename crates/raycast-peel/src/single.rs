@@ -17,7 +17,7 @@ use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, sides, timer
 
 use crate::NAME;
 use crate::gpu_data::{Counters, March};
-use crate::options::RaycastOptions;
+use crate::options::{Entries, RaycastOptions};
 use crate::rays::Rays;
 use crate::renderer::tetrahedra;
 use crate::tiles::{TILE, Tiles};
@@ -25,8 +25,10 @@ use crate::tiles::{TILE, Tiles};
 /// What the shader writes for a ray that meets no surface: infinity is nothing to count on.
 const NO_SURFACE: f32 = 3e38;
 
+mod layers;
 mod mesh;
 
+use layers::{Layers, Peeling};
 pub(crate) use mesh::{Mesh, TRANSPARENT_SCALAR, longest_edge};
 
 /// Pipelines and the uploaded mesh.
@@ -36,7 +38,15 @@ pub(crate) struct Single {
     options: RaycastOptions,
     mesh: Mesh,
     style: Style,
+    peeling: Option<Peeling>,
     timer: Option<Timer>,
+}
+
+/// Where a frame's rays cross the boundary.
+enum Found {
+    Lists(Tiles),
+    /// And lists where rays may be in more layers.
+    Layers(Layers, Option<Tiles>),
 }
 
 fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
@@ -186,6 +196,7 @@ fn constants(
     options: &RaycastOptions,
 ) -> Result<Vec<(&'static str, f64)>, Error> {
     let per_cell = mesh.source.scalars().association == Association::Cell;
+    let layered = options.entries == Entries::PeeledLayers;
     let [clipped, cued] = look_constants(appearance);
     Ok(vec![
         sides_constant(gpu, options)?,
@@ -195,6 +206,7 @@ fn constants(
         ("INTERVAL_COUNT", intervals.len() as f64),
         ("DEEPEST", deepest(intervals, mesh.longest_edge)),
         ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
+        ("LAYERED", f64::from(u8::from(layered))),
     ])
 }
 
@@ -227,6 +239,10 @@ impl Single {
         let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options.locality)?;
         Ok(Single {
             style: Style::new(gpu, &mesh, appearance, options, None)?,
+            peeling: match options.entries {
+                Entries::TileLists => None,
+                Entries::PeeledLayers => Some(Peeling::new(gpu, sides_constant(gpu, options)?)?),
+            },
             mesh,
             gpu: gpu.clone(),
             options: *options,
@@ -255,6 +271,46 @@ impl Single {
         depths: Option<&wgpu::TextureView>,
     ) -> Result<wgpu::Buffer, Error> {
         view.validate()?;
+        if self.peeling.is_some() {
+            return Err(Error::Unsupported {
+                renderer: NAME,
+                what: "peeled layers into the caller's encoder".into(),
+                reason: "the CPU reads between layers whether there are more".into(),
+            });
+        }
+        let rays = Rays::new(view, &self.mesh.normalization);
+        let found = Found::Lists(self.lists(view, &rays)?);
+        self.encode_march(encoder, view, &rays, &found, (image, depths))
+    }
+
+    /// The boundary faces that the rays of each tile may meet.
+    fn lists(&self, view: &View, rays: &Rays) -> Result<Tiles, Error> {
+        Tiles::new(view, rays, &self.mesh.faces).ok_or_else(|| Error::TooLarge {
+            what: "the boundary faces of all tiles".into(),
+            needed: u64::from(u32::MAX) + 1,
+            limit: u64::from(u32::MAX),
+            unit: "pairs of tile and face",
+        })
+    }
+
+    /// Where rays cross the boundary; layers are peeled here.
+    fn find(&self, view: &View, rays: &Rays) -> Result<Found, Error> {
+        let Some(peeling) = &self.peeling else {
+            return Ok(Found::Lists(self.lists(view, rays)?));
+        };
+        let layers = peeling.peel(&self.gpu, view, rays, &self.mesh, &self.march(view, rays))?;
+        let lists = layers.may_be_more.then(|| self.lists(view, rays));
+        Ok(Found::Layers(layers, lists.transpose()?))
+    }
+
+    fn encode_march(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        rays: &Rays,
+        found: &Found,
+        (image, depths): (&wgpu::TextureView, Option<&wgpu::TextureView>),
+    ) -> Result<wgpu::Buffer, Error> {
         // A texel that nobody writes, where no depths are wanted: bindings must be filled.
         let unused = match depths {
             Some(_) => None,
@@ -263,21 +319,26 @@ impl Single {
         let Some(depths) = depths.or(unused.as_ref()) else {
             return Err(Error::invalid("no texture for depths"));
         };
-        let rays = Rays::new(view, &self.mesh.normalization);
-        let tiles = Tiles::new(view, &rays, &self.mesh.faces).ok_or_else(|| Error::TooLarge {
-            what: "the boundary faces of all tiles".into(),
-            needed: u64::from(u32::MAX) + 1,
-            limit: u64::from(u32::MAX),
-            unit: "pairs of tile and face",
-        })?;
-        let march = self.march(view, &rays);
+        let mut march = self.march(view, rays);
+        let (lists, layers) = match found {
+            Found::Lists(lists) => (Some(lists), layers::none(&self.gpu)?),
+            Found::Layers(layers, lists) => {
+                march.layers = layers.count;
+                if lists.is_some() {
+                    march.listed_from = layers.count;
+                }
+                (lists.as_ref(), layers.view())
+            }
+        };
         let uniform = self
             .gpu
             .upload("raycast-peel::march", &[march], BufferUsages::UNIFORM)?;
         let storage = BufferUsages::STORAGE;
-        let faces = self
-            .gpu
-            .upload("raycast-peel::tile_faces", &tiles.lists, storage)?;
+        let faces = self.gpu.upload(
+            "raycast-peel::tile_faces",
+            lists.map_or(&[][..], |tiles| &tiles.lists),
+            storage,
+        )?;
         let (look, items) = look(
             &self.style.appearance,
             view,
@@ -330,6 +391,7 @@ impl Single {
                 wgpu::BindingResource::TextureView(depths),
                 look.as_entire_binding(),
                 items.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&layers),
             ];
             let groups = [
                 group(0, &frame),
@@ -377,8 +439,8 @@ impl Single {
             tiles_x: view.width.div_ceil(TILE),
             stop_depth: self.options.stop_depth(),
             scale: self.mesh.normalization.scale as f32,
-            padding_1: 0,
-            padding_2: 0,
+            layers: 0,
+            listed_from: u32::MAX,
         }
     }
 }
@@ -447,7 +509,10 @@ impl VolumeRenderer for Single {
             .transpose()?;
         let depths_view = depths.as_ref().map(|d| d.create_view(&Default::default()));
         let image_view = image.create_view(&Default::default());
-        let counters = self.encode(&mut encoder, view, &image_view, depths_view.as_ref())?;
+        let rays = Rays::new(view, &self.mesh.normalization);
+        let found = self.find(view, &rays)?;
+        let targets = (&image_view, depths_view.as_ref());
+        let counters = self.encode_march(&mut encoder, view, &rays, &found, targets)?;
         let gpu = &self.gpu;
         let depths = depths
             .as_ref()
@@ -459,9 +524,9 @@ impl VolumeRenderer for Single {
             &mut encoder,
             Source::Buffer(&counters, size_of::<Counters>() as u64),
         )?;
-        let times = self
-            .timer
-            .as_ref()
+        // Layers were peeled before the timer began.
+        let timer = self.timer.as_ref().filter(|_| self.peeling.is_none());
+        let times = timer
             .map(|timer| timer.resolve(gpu, &mut encoder))
             .transpose()?;
         gpu.finish(encoder)?;
@@ -469,6 +534,10 @@ impl VolumeRenderer for Single {
         let mut stats = FrameStats::default();
         count(&mut stats, counters)?;
         stats.passes = 1;
+        if let Found::Layers(layers, _) = &found {
+            stats.passes += layers.passes;
+            stats.layers = Some(layers.full);
+        }
         stats.bytes_resident = self.bytes_resident();
         stats.gpu_seconds = times.map(|t| timer::seconds(gpu, t)).transpose()?.flatten();
         stats.cpu_seconds = start.elapsed().as_secs_f64();

@@ -4,10 +4,11 @@
 //! `walk.wgsl`. A hierarchy of boxes that each ray searched by itself was tried
 //! first; on llvmpipe (Mesa 22.3.6), whose lanes run in step, it took four fifths of a frame: the
 //! Blunt Fin at 512x512 took 9.6 s of CPU with it and takes 2.7 s with these lists, loading
-//! included. Layers as the paper peels them are drawn by [`crate::Passes::PingPong`] alone.
+//! included. Layers as the paper peels them are [`crate::Entries::PeeledLayers`], and slower, too.
 
 use tetrascope_core::View;
 use tetrascope_core::glam::{DVec2, DVec3, Vec3};
+use tetrascope_gpu::wgpu;
 
 use crate::rays::Rays;
 
@@ -90,6 +91,32 @@ fn rectangle(rays: &Rays, corners: &[Vec3; 3], [columns, rows]: [u32; 2]) -> Opt
         first: clamp(min),
         last: clamp(max),
     })
+}
+
+/// One of [`rectangles`] an instance.
+pub(crate) const RECTANGLES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+    array_stride: 16,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &wgpu::vertex_attr_array![0 => Float32x4],
+};
+
+/// The pixels that may see each of `faces`: left, bottom, right and top in clip space,
+/// all 0 where there are none.
+pub(crate) fn rectangles(view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Vec<[f32; 4]> {
+    let size = DVec2::new(view.width.into(), view.height.into());
+    let rectangle = |face| {
+        let (min, max) = pixels(rays, face, size)?;
+        // Whole pixels, whose centers are at whole numbers here.
+        let min = min.ceil().max(DVec2::ZERO);
+        let max = (max.floor() + 1.0).min(size);
+        let is_seen = min.cmplt(max).all();
+        let [min, max] = [min, max].map(|p| 2.0 * p / size - 1.0);
+        is_seen.then(|| [min.x, -max.y, max.x, -min.y].map(|x| x as f32))
+    };
+    faces
+        .iter()
+        .map(|face| rectangle(face).unwrap_or_default())
+        .collect()
 }
 
 /// The least and the greatest pixel, with centers at whole numbers, whose rays may meet a face

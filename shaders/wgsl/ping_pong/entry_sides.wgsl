@@ -6,7 +6,7 @@
 // a ray here, as it is unknown in which cell the eye is.
 // In:   a rectangle and a face for each boundary face, by increasing cell; the layer before.
 // Out:  the cell behind the face, λ and the scalar there.
-// With: ping_pong/rays.wgsl, ping_pong/sides.wgsl
+// With: ping_pong/rays.wgsl, ping_pong/sides.wgsl, raycast_peel/layers.wgsl
 
 @group(2) @binding(0) var before: texture_2d<f32>;
 
@@ -23,10 +23,7 @@ fn vs_entry(
     @location(0) rectangle: vec4f,
     @location(1) face: vec3f,
 ) -> Entering {
-    let right = index == 1u || index == 2u || index == 4u;
-    let top = index == 2u || index == 4u || index == 5u;
-    let place = vec2f(select(rectangle.x, rectangle.z, right), select(rectangle.y, rectangle.w, top));
-    return Entering(vec4f(place, 0.5, 1.0), face.xy, face.z);
+    return Entering(rectangle_corner(index, rectangle), face.xy, face.z);
 }
 
 struct Entered {
@@ -67,14 +64,4 @@ fn fs_entry(in: Entering) -> Entered {
         discard;
     }
     return Entered(vec4f(in.cell, lambda, at.y), depth);
-}
-
-// Depths fall as λ grows, and differ wherever λ differs in f32: the bits of |λ| from 2⁻³⁰ to
-// 2⁶, normalized units, are 36 · 2²³ numbers, which fit twice into those below 1. What is
-// nearer to 0 or farther ties, and the cells decide.
-fn depth_of(lambda: f32) -> f32 {
-    const LEAST: u32 = 0x30800000u; // of 2⁻³⁰
-    const MOST: u32 = 0x42800000u;  // of 2⁶
-    let size = i32(clamp(bitcast<u32>(abs(lambda)), LEAST, MOST) - LEAST);
-    return bitcast<f32>(u32(0x20000000 - select(size, -size, lambda < 0.0)));
 }

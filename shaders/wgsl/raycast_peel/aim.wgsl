@@ -20,7 +20,7 @@ fn cs_aim(@builtin(global_invocation_id) id: vec3u) {
     let direction = aims[id.x].direction.xyz;
     let line = Line(direction, -FAR_AWAY, FAR_AWAY, vec2f(1.0, 0.0));
     var ray = nothing_gathered();
-    let traced = trace(0u, shear_of(anchor, direction), line, &ray);
+    let traced = trace(vec2u(0u), shear_of(anchor, direction), line, &ray);
     let unpaired = traced.crossings - 2u * traced.paths;
     traces[id.x] = vec4u(traced.visits, traced.paths, unpaired, traced.lost);
 }

@@ -2,27 +2,12 @@
 //
 // Bernardon et al. 2004 take one step a pass and peel the boundary layer by
 // layer; here a ray's loop is a loop, and it finds where it meets the boundary among
-// the boundary faces of its tile.
-// In:   vertices, cells, boundary, and for each tile the boundary faces that its rays may meet.
+// the boundary faces of its tile, or reads that from layers.
+// In:   vertices, cells, boundary, and for each tile the boundary faces that its rays may meet,
+//       or layers of those that each ray crosses.
 // Out:  linear premultiplied RGBA over the background, one texel a ray.
-// With: raycast_peel/walk.wgsl, common/sides.wgsl, preintegration/lookup.wgsl and
-//       what it needs, common/cue.wgsl, common/look.wgsl
-
-struct March {
-    anchor: vec4f,     // anchor of pixel (0, 0)'s center, relative to the mesh's center; w unused
-    anchor_x: vec4f,   // how the anchor moves from a pixel to its right neighbor
-    anchor_y: vec4f,   // … and to the one below
-    eye: vec4f,        // perspective: the eye, w = 1; orthographic: the direction, w = 0
-    background: vec4f, // premultiplied
-    eye_depth: f32,    // orthographic: t of the camera's plane, seen from the anchor
-    width: u32,
-    height: u32,
-    tiles_x: u32,      // tiles a row
-    stop_depth: f32,   // optical depth beyond which a ray stops
-    scale: f32,        // world units in a normalized unit
-    padding_1: u32,
-    padding_2: u32,
-}
+// With: raycast_peel/rays.wgsl, raycast_peel/boundary.wgsl and preintegration/lookup.wgsl and
+//       what they need, common/cue.wgsl, common/look.wgsl
 
 struct Counters {
     cell_visits_low: atomic<u32>,
@@ -32,7 +17,6 @@ struct Counters {
     lost_rays: atomic<u32>,      // rays that came out through a face that they do not cross
 }
 
-@group(0) @binding(0) var<uniform> march: March;
 @group(0) @binding(1) var image: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(2) var<storage, read_write> counters: Counters;
 // For each tile where its boundary faces begin, and where the last ends; then these faces.
@@ -40,13 +24,13 @@ struct Counters {
 @group(0) @binding(4) var depths: texture_storage_2d<r32float, write>; // of ISOSURFACES
 @group(0) @binding(5) var<uniform> look: Look;
 @group(0) @binding(6) var<storage, read> look_items: array<vec4f>;
+// The boundary faces that each ray crosses, in order, from peel.wgsl; NO_FACE behind the last.
+@group(0) @binding(7) var layers: texture_2d_array<u32>;
 
 // Lists of texels (common/texels.wgsl).
-@group(1) @binding(0) var vertices: texture_2d<f32>;  // position, normalized, and scalar
 @group(1) @binding(1) var scalars: texture_2d<f32>;   // of each cell, for cell data
 @group(1) @binding(2) var sums: texture_2d<u32>;      // of each cell, see `follow`
 @group(1) @binding(3) var neighbors: texture_2d<u32>;
-@group(1) @binding(4) var boundary: texture_2d<u32>;  // three vertices and the cell behind
 
 @group(2) @binding(0) var intervals: texture_2d<f32>; // three texels each
 // One texel where `TABLE_AXES` is 0.
@@ -94,27 +78,35 @@ struct Crossings {
     total: u32, // beyond `after`, kept or not
 }
 
+fn no_crossings() -> Crossings {
+    let none = vec4f(FAR_AWAY);
+    return Crossings(none, vec4u(NO_FACE), none, vec4u(NO_FACE), 0u, 0u);
+}
+
+// Whether rays read the boundary faces that they cross from `layers`, and do not search.
+override LAYERED: bool = false;
+
+fn peeled_face(pixel: vec2u, layer: u32) -> u32 {
+    return textureLoad(layers, pixel, layer, 0).x;
+}
+
+// How many layers a ray is in.
+fn peeled_faces(pixel: vec2u) -> u32 {
+    var count = 0u;
+    while count < march.layers && peeled_face(pixel, count) != NO_FACE {
+        count += 1u;
+    }
+    return count;
+}
+
 // (t, face) orders crossings; faces break ties, so two faces at one place have an order.
 fn comes_before(t0: f32, face0: u32, t1: f32, face1: u32) -> bool {
     return t0 < t1 || (t0 == t1 && face0 < face1);
 }
 
-// t where the ray crosses boundary face `face`. One function for search and
-// walk, so that both get the same bits.
-fn boundary_crossing(face: u32, shear: Shear) -> vec2f {
-    let ids = textureLoad(boundary, texel(face), 0);
-    let a = corner(ids.x, shear);
-    let b = corner(ids.y, shear);
-    let c = corner(ids.z, shear);
-    let turn = crossing(a.xy, b.xy, c.xy);
-    let t = crossing_point(a, b, c, f32(turn)).x * shear.depth;
-    return vec2f(t, f32(turn));
-}
-
 // The first crossings after (t, face), in order, among the faces of a tile.
 fn search(tile: u32, shear: Shear, after_t: f32, after_face: u32, first: bool) -> Crossings {
-    let none = vec4f(FAR_AWAY);
-    var found = Crossings(none, vec4u(NO_FACE), none, vec4u(NO_FACE), 0u, 0u);
+    var found = no_crossings();
     let end = tile_faces[tile + 1u];
     for (var i = tile_faces[tile]; i < end; i += 1u) {
         let face = tile_faces[i];
@@ -250,9 +242,6 @@ fn follow(entry: u32, turn: i32, shear: Shear, line: Line, ray: ptr<function, Ga
     return Exit(exit, visits);
 }
 
-// Instead of a face: the ray ended inside the mesh.
-const NO_FACE: u32 = 0xffffffffu;
-
 // A piece of the ray in one cell.
 struct Piece {
     front: f32,  // scalar
@@ -315,9 +304,6 @@ const NO_SURFACE: f32 = 3e38;
 
 // An optical depth behind which a ray stops, whatever its `stop_depth`.
 const SURFACE_DEPTH: f32 = 1e35;
-
-// From here on a mapped scalar stands for one that is not a number.
-const TRANSPARENT_SCALAR: f32 = 1e34;
 
 // Whether each cell, and not each vertex, has a scalar.
 override SCALARS_PER_CELL: bool = false;
@@ -474,29 +460,21 @@ fn cs_cast(
 
 // Casts the ray of one pixel, writes its texel and returns how many cells it passed.
 fn cast_ray(pixel: vec2u) -> u32 {
-    let anchor = (march.anchor + f32(pixel.x) * march.anchor_x + f32(pixel.y) * march.anchor_y).xyz;
-    var direction = march.eye.xyz;
-    var eye_t = march.eye_depth;
-    if march.eye.w == 1.0 {
-        let from_eye = anchor - march.eye.xyz;
-        let distance = length(from_eye);
-        direction = from_eye / distance;
-        eye_t = -distance;
-    }
-    let shear = shear_of(anchor, direction);
-    let left = clip_ray(anchor, direction);
-    let cue = vec2f(dot(look.cue.xyz, anchor) + look.cue.w, dot(look.cue.xyz, direction));
-    let line = Line(direction, max(eye_t, left.x), left.y, cue);
+    let pixel_ray = ray_of(pixel);
+    let shear = shear_of(pixel_ray.anchor, pixel_ray.direction);
+    let left = clip_ray(pixel_ray.anchor, pixel_ray.direction);
+    let cue_x = dot(look.cue.xyz, pixel_ray.anchor) + look.cue.w;
+    let cue = vec2f(cue_x, dot(look.cue.xyz, pixel_ray.direction));
+    let line = Line(pixel_ray.direction, max(pixel_ray.eye_t, left.x), left.y, cue);
     var ray = nothing_gathered();
-    let tile = pixel.y / TILE * march.tiles_x + pixel.x / TILE;
-    let traced = trace(tile, shear, line, &ray);
+    let traced = trace(pixel, shear, line, &ray);
     atomicAdd(&tile_paths, traced.paths);
     atomicAdd(&tile_unpaired, traced.crossings % 2u);
     atomicAdd(&tile_lost, traced.lost);
     textureStore(image, pixel, over(ray, march.background));
     if MODEL == ISOSURFACES {
         // World units from where the ray starts.
-        let depth = select((ray.surface_t - eye_t) * march.scale, NO_SURFACE, ray.surface_t == FAR_AWAY);
+        let depth = select((ray.surface_t - pixel_ray.eye_t) * march.scale, NO_SURFACE, ray.surface_t == FAR_AWAY);
         textureStore(depths, pixel, vec4f(depth, 0.0, 0.0, 0.0));
     }
     return traced.visits;
@@ -511,22 +489,41 @@ struct Traced {
 }
 
 // Follows a ray along all its paths, in order.
-fn trace(tile: u32, shear: Shear, line: Line, ray: ptr<function, Gathered>) -> Traced {
-    var found = search(tile, shear, 0.0, 0u, true);
+fn trace(pixel: vec2u, shear: Shear, line: Line, ray: ptr<function, Gathered>) -> Traced {
+    let tile = pixel.y / TILE * march.tiles_x + pixel.x / TILE;
+    var peeled = 0u;
+    if LAYERED {
+        peeled = peeled_faces(pixel);
+    }
+    let is_peeled = LAYERED && peeled < march.listed_from;
+    var found = no_crossings();
+    if is_peeled {
+        found.kept = peeled;
+        found.total = peeled;
+    } else {
+        found = search(tile, shear, 0.0, 0u, true);
+    }
     var traced = Traced(found.total, 0u, 0u, 0u);
     // The ends of the latest paths: the boundary is crossed there too, but from inside.
     var exits = vec4u(NO_FACE);
     while found.kept > 0u {
-        let t = found.t.x;
-        let face = found.face.x;
+        var face = found.face.x;
+        if is_peeled {
+            face = peeled_face(pixel, traced.crossings - found.total);
+        }
         found = rest(found);
+        let crossed = boundary_crossing(face, shear);
+        let t = crossed.x;
+        if crossed.y == 0.0 {
+            traced.lost = 1u; // two programs decided about one ray in two ways
+            break;
+        }
         if t >= line.end {
             break;
         }
         if !any(exits == vec4u(face)) {
             let before = *ray;
-            let turn = i32(boundary_crossing(face, shear).y);
-            let path = follow(face, turn, shear, line, ray);
+            let path = follow(face, i32(crossed.y), shear, line, ray);
             if path.face == NO_FACE {
                 traced.visits += path.visits;
                 traced.paths += 1u;

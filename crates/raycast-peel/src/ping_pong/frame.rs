@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use tetrascope_core::glam::{DVec2, DVec3, DVec4, Vec3};
+use tetrascope_core::glam::{DVec3, DVec4};
 use tetrascope_core::{Error, Frame as Picture, FrameStats, Projection, View};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::passes::group;
@@ -18,7 +18,7 @@ use super::passes::{BEFORE, DEPTHS, TEXELS, record_clear};
 use super::tiles::{Tile, tiles};
 use crate::options::Crossings;
 use crate::rays::Rays;
-use crate::tiles::pixels;
+use crate::tiles::rectangles;
 
 /// Textures as large as the image, which live as long as a frame.
 struct Targets {
@@ -148,26 +148,6 @@ impl PingPong {
         from_center.cmple(bounds.size() * 0.501).all()
     }
 
-    /// The pixels that may see each boundary face: left, bottom, right and top in clip space,
-    /// all 0 where there are none.
-    fn rectangles(&self, view: &View, faces: &[[Vec3; 3]]) -> Vec<[f32; 4]> {
-        let rays = Rays::new(view, &self.mesh.normalization);
-        let size = DVec2::new(view.width.into(), view.height.into());
-        let rectangle = |face| {
-            let (min, max) = pixels(&rays, face, size)?;
-            // Whole pixels, whose centers are at whole numbers here.
-            let min = min.ceil().max(DVec2::ZERO);
-            let max = (max.floor() + 1.0).min(size);
-            let is_seen = min.cmplt(max).all();
-            let [min, max] = [min, max].map(|p| 2.0 * p / size - 1.0);
-            is_seen.then(|| [min.x, -max.y, max.x, -min.y].map(|x| x as f32))
-        };
-        faces
-            .iter()
-            .map(|face| rectangle(face).unwrap_or_default())
-            .collect()
-    }
-
     /// From normalized space to clip space, columns. Depth falls from the eye on, so
     /// that f32 resolves it everywhere.
     fn clip(&self, view: &View) -> [[f32; 4]; 4] {
@@ -225,7 +205,8 @@ impl<'a> Drawing<'a> {
         let rectangles = match &mesh.boundary {
             Boundary::Corners(..) => None,
             Boundary::Faces(_, faces) => {
-                let rectangles = renderer.rectangles(view, faces);
+                let rays = Rays::new(view, &mesh.normalization);
+                let rectangles = rectangles(view, &rays, faces);
                 let usage = BufferUsages::VERTEX;
                 Some(gpu.upload("ping-pong::rectangles", &rectangles, usage)?)
             }

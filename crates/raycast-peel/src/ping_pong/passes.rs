@@ -14,6 +14,7 @@ use super::mesh::{Boundary, BoundaryCorner, BoundaryFace};
 use super::tiles::Tile;
 use crate::options::{Crossings, RaycastOptions};
 use crate::single::sides_constant;
+use crate::tiles::RECTANGLES;
 
 /// Of traversal state, layers and the image.
 pub(super) const TEXELS: TextureFormat = TextureFormat::Rgba32Float;
@@ -419,13 +420,6 @@ impl StyledPasses {
         pass.draw(0..3, 0..1);
     }
 }
-
-/// Left, bottom, right and top of the pixels that may see a boundary face, clip space.
-const RECTANGLES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
-    array_stride: 16,
-    step_mode: wgpu::VertexStepMode::Instance,
-    attributes: &wgpu::vertex_attr_array![0 => Float32x4],
-};
 
 /// A layer where nothing comes in: no cell, and behind everything, so that no later
 /// layer is behind it.

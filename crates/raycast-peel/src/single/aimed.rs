@@ -290,6 +290,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
     let lists = gpu.upload("aim", &lists, storage).expect("small");
     let look = gpu.upload("aim", &[look], uniform).expect("small");
     let items = gpu.upload("aim", &items, storage).expect("small");
+    let layers = layers::none(gpu).expect("small");
     let bytes = (BATCH * 16) as u64;
     let traces = gpu.buffer("aim", bytes, storage | BufferUsages::COPY_SRC);
     let traces = traces.expect("small");
@@ -314,6 +315,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
                     (3, lists.as_entire_binding()),
                     (5, look.as_entire_binding()),
                     (6, items.as_entire_binding()),
+                    (7, wgpu::BindingResource::TextureView(&layers)),
                 ],
             ),
             group(1, &volume),

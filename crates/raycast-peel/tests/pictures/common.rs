@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::mesh::{Association, Split};
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, DirectionalLight, Frame, Isosurface, Knot, Lighting,
+    Appearance, Camera, CameraFit, ClipPlane, DirectionalLight, Frame, Isosurface, Knot, Lighting,
     OpticalModel, Ray, Scalars, TetMesh, TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_datasets::{Options, find};
@@ -72,9 +72,14 @@ pub(crate) fn truth(volume: &Volume, appearance: &Appearance) -> Reference {
 /// Two plates with a gap between, each 0.0008 of the extent thick. The scalar goes from 0 to 1
 /// through each.
 pub(crate) fn plates() -> Volume {
+    stacked_plates(2)
+}
+
+/// The same with `count` of them.
+pub(crate) fn stacked_plates(count: u32) -> Volume {
     let mut points = Vec::new();
     let mut tetrahedra = Vec::new();
-    for z in [0.0, 0.0016] {
+    for z in (0..count).map(|i| 0.0016 * f64::from(i)) {
         let first = points.len() as u32;
         for i in 0..8 {
             let corner = [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
@@ -140,6 +145,19 @@ pub(crate) fn ramp(volume: &Volume) -> Appearance {
     ]);
     let function = function.expect("valid knots");
     Appearance::new(function, OpticalModel::EmissionAbsorption)
+}
+
+/// Two planes that cut corners of a volume off, along no axis.
+pub(crate) fn tilted(volume: &Volume) -> Vec<ClipPlane> {
+    let bounds = volume.bounds();
+    let plane = |share: DVec3, normal: [f64; 3]| ClipPlane {
+        point: bounds.min + share * bounds.size(),
+        normal: normal.into(),
+    };
+    vec![
+        plane(DVec3::splat(0.37), [1.0, 0.3, 0.6]),
+        plane(DVec3::splat(0.71), [-0.2, -1.0, 0.1]),
+    ]
 }
 
 /// `appearance` with three surfaces in the volume's range and two lights.

@@ -11,7 +11,7 @@ use tetrascope_reference::Reference;
 
 use crate::common::{
     Difference, difference, fitted, is_explained, plates, ramp, renderer, scale, scene, surfaces,
-    truth, view,
+    tilted, truth, view,
 };
 
 /// What `reference.rs` allows and why; cutting adds one rounding an end.
@@ -32,18 +32,6 @@ fn views(volume: &Volume) -> [View; 3] {
         inside,
     ]
     .map(|camera| view(camera, 40))
-}
-
-fn tilted(volume: &Volume) -> Vec<ClipPlane> {
-    let bounds = volume.bounds();
-    let plane = |share: DVec3, normal: [f64; 3]| ClipPlane {
-        point: bounds.min + share * bounds.size(),
-        normal: normal.into(),
-    };
-    vec![
-        plane(DVec3::splat(0.37), [1.0, 0.3, 0.6]),
-        plane(DVec3::splat(0.71), [-0.2, -1.0, 0.1]),
-    ]
 }
 
 fn new(gpu: &Gpu, volume: &Volume, appearance: &Appearance) -> (RaycastPeel, Reference) {

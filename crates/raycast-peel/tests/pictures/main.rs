@@ -2,6 +2,7 @@
 
 mod common;
 
+mod layers;
 mod look;
 mod models;
 mod ping_pong;

@@ -2,7 +2,7 @@
 
 use tetrascope_core::{Error, OpticalModel, Volume};
 use tetrascope_raycast_peel::{
-    ABILITIES, Crossings, INTEGRATIONS, Integration, Locality, MAX_TILES, NAME, Passes,
+    ABILITIES, Crossings, Entries, INTEGRATIONS, Integration, Locality, MAX_TILES, NAME, Passes,
     RaycastOptions, RaycastPeel,
 };
 
@@ -38,6 +38,13 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
                 max: Integration::MOST_2D as i64,
             },
             default: "128",
+        },
+        Setting {
+            name: "entries",
+            about: "how rays find boundary faces: by lists for tiles of the image, or by layers \
+                    peeled before; single passes only",
+            values: Values::Choice(&["lists", "layers"]),
+            default: "lists",
         },
         Setting {
             name: "tiles",
@@ -126,6 +133,7 @@ fn options(settings: &Settings) -> RaycastOptions {
     RaycastOptions {
         passes: choice(settings, "passes", &Passes::ALL),
         integration: choice(settings, "integration", &INTEGRATIONS)(table_size),
+        entries: choice(settings, "entries", &Entries::ALL),
         tiles: settings.integer("tiles") as u32,
         query_interval: settings.integer("query-interval") as u32,
         crossings: choice(settings, "crossings", &Crossings::ALL),
