@@ -22,7 +22,7 @@ use tetrascope::datasets::{Options, find};
 use tetrascope::gpu::Gpu;
 use tetrascope::io::{MeshData, ReadOptions, read_mesh};
 use tetrascope::raycast_peel::{
-    Entries, Integration, Locality, Passes, RaycastOptions, RaycastPeel,
+    Crossings, Entries, Integration, Locality, Passes, RaycastOptions, RaycastPeel,
 };
 
 /// Pixels a side of the tables, whose paper has 512, and of growth.
@@ -265,6 +265,7 @@ fn measure(
     let renderers = [1, 2, 3, 4, 5, 6].map(|tiles| {
         let options = RaycastOptions {
             passes: Passes::PingPong,
+            crossings: Crossings::Planes, // as published
             integration,
             tiles,
             stop_opacity: 0.95,
@@ -354,10 +355,19 @@ fn tiling(criterion: &mut Criterion) {
         return;
     };
     let volume = Volume::Mesh(mesh);
-    let kinds = [(1, 8), (4, 8), (1, 32), (4, 32)];
-    let renderers = kinds.map(|(tiles, query_interval)| {
+    let [sides, planes] = Crossings::ALL;
+    let kinds = [
+        (sides, 1, 8),
+        (sides, 4, 8),
+        (sides, 1, 32),
+        (sides, 4, 32),
+        (planes, 1, 8),
+        (planes, 4, 8),
+    ];
+    let renderers = kinds.map(|((_, crossings), tiles, query_interval)| {
         let options = RaycastOptions {
             passes: Passes::PingPong,
+            crossings,
             tiles,
             query_interval,
             ..RaycastOptions::default()
@@ -367,16 +377,16 @@ fn tiling(criterion: &mut Criterion) {
     let [view, ..] = views(&volume, TILED_SIDE);
     let mut courses = renderers.each_ref().map(|r| Course::new(r, view));
     run(&mut courses);
-    for ((tiles, interval), course) in kinds.iter().zip(&courses) {
+    for (((by, _), tiles, interval), course) in kinds.iter().zip(&courses) {
         let stats = &course.stats;
         println!(
-            "{tiles}x{tiles} tiles, a query every {interval} passes: {:.0} ms, {} passes, {:.1} M \
-             fragments",
+            "by {by}, {tiles}x{tiles} tiles, a query every {interval} passes: {:.0} ms, {} passes, \
+             {:.1} M fragments",
             1e3 * course.median(),
             stats.passes,
             1e-6 * stats.fragments.unwrap_or(0) as f64
         );
-        let name = format!("{tiles}x{tiles}/{interval}");
+        let name = format!("{by}/{tiles}x{tiles}/{interval}");
         let group = "raycast-peel/tiling/blunt/187k cells";
         report(criterion, group, &name, std::slice::from_ref(course));
     }

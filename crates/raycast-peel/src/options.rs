@@ -44,18 +44,18 @@ pub struct RaycastOptions {
 /// How a step a pass finds where a ray comes into the mesh and leaves each cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crossings {
-    /// As published: by the planes of faces, with scalars from a cell's gradient; boundary
-    /// faces are rasterized, and a layer is behind the one before by a bias.
-    Planes,
     /// By the sides on which edges pass, with scalars from positive weights, as
     /// [`Passes::Single`] does; layers are in the order of depth and cell, without a bias.
     Sides,
+    /// As published: by the planes of faces, with scalars from a cell's gradient; boundary
+    /// faces are rasterized, and a layer is behind the one before by a bias.
+    Planes,
 }
 
 impl Crossings {
     /// Every way, with its name in settings.
     pub const ALL: [(&'static str, Crossings); 2] =
-        [("planes", Crossings::Planes), ("sides", Crossings::Sides)];
+        [("sides", Crossings::Sides), ("planes", Crossings::Planes)];
 }
 
 /// How one dispatch finds where rays cross the boundary. Pictures are the same bit for bit.
@@ -131,7 +131,7 @@ impl Default for RaycastOptions {
             // λ of a plane is a quotient of sums of three products of numbers up to 4: each
             // term rounds by 2⁻²², so steep faces err by less than 2⁻¹⁹ of half an extent.
             peel_bias: 1.0 / (1 << 19) as f32,
-            crossings: Crossings::Planes,
+            crossings: Crossings::Sides,
         }
     }
 }

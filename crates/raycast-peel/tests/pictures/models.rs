@@ -6,7 +6,7 @@ use tetrascope_core::{
     Projection, TetMesh, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::{Gpu, testing};
-use tetrascope_raycast_peel::{Crossings, Passes, RaycastOptions};
+use tetrascope_raycast_peel::{Passes, RaycastOptions};
 use tetrascope_reference::Reference;
 
 use crate::common::{
@@ -57,10 +57,9 @@ const MAX: f64 = 1e-3;
 const APART: f64 = 1e-5;
 
 /// A step a pass, with the decisions of one dispatch.
-fn by_sides() -> RaycastOptions {
+fn stepped_options() -> RaycastOptions {
     RaycastOptions {
         passes: Passes::PingPong,
-        crossings: Crossings::Sides,
         ..RaycastOptions::default()
     }
 }
@@ -93,7 +92,7 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume) {
         reference.restyle(&appearance).expect("it draws all");
         let single = renderer(gpu, volume, &appearance, &RaycastOptions::default());
         let stepped = (model != OpticalModel::Isosurfaces)
-            .then(|| renderer(gpu, volume, &appearance, &by_sides()));
+            .then(|| renderer(gpu, volume, &appearance, &stepped_options()));
         for (from, view) in views(volume) {
             let what = format!("{name}, {}, {from}", model.name());
             let exact = reference.render_exact(&view).expect("a frame");

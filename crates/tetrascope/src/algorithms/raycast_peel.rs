@@ -63,10 +63,10 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
         },
         Setting {
             name: "crossings",
-            about: "how rays cross faces: by planes with a bias as published, or by sides as \
-                    single passes do; ping-pong only",
-            values: Values::Choice(&["planes", "sides"]),
-            default: "planes",
+            about: "how rays cross faces: by sides as single passes do, or by planes with a bias \
+                    as published; ping-pong only",
+            values: Values::Choice(&["sides", "planes"]),
+            default: "sides",
         },
         Setting {
             name: "stop-opacity",
@@ -101,7 +101,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     },
 };
 
-/// A step a pass is compared once: it takes seconds a frame on a software adapter.
+/// A step a pass is compared in one model: it takes seconds a frame on a software adapter.
 fn sweep(model: OpticalModel) -> &'static [&'static str] {
     match model {
         OpticalModel::EmissionAbsorption => &[
@@ -110,6 +110,7 @@ fn sweep(model: OpticalModel) -> &'static [&'static str] {
             "stop-opacity=0.95",
             "integration=table-3d,table-size=64",
             "passes=ping-pong",
+            "passes=ping-pong,crossings=planes",
         ],
         _ => &[""],
     }
