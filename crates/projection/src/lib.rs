@@ -49,7 +49,8 @@
 //!   cells. The sides choose the exit, in place of equation 3 (whose sign, as printed,
 //!   is wrong).
 //! - *Pieces of a cell are drawn in turn*, so that no fragment loops or searches. Planes of
-//!   one scalar part them, and the eye's own scalar gives their order.
+//!   one scalar part them, and the eye's own scalar gives their order. A piece that may be
+//!   deeper than 1 is drawn in parts, each an equal share of every ray's way through it.
 //! - *Vertices' layouts are read as buffers*, by the vertex's number, so that sorted cells
 //!   need no new indices: `glDrawArrays` in any order. Offsets are of the planes that
 //!   equation 4 decodes. Numbers that have no known range are halves of f32 in the layout

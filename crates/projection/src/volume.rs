@@ -247,7 +247,10 @@ impl Look {
                 starts: starts.map(Arc::from),
             };
         }
-        let deepest = deepest(&intervals, field.range, geometry.longest);
+        let deepest = match culled.in_parts {
+            true => 1.0,
+            false => deepest(&intervals, field.range, geometry.longest),
+        };
         let interval_count = intervals.len() as u32;
         let (width, height) = texels(intervals.len(), INTERVALS_PER_ROW);
         intervals.resize((width * height) as usize, Zeroable::zeroed());

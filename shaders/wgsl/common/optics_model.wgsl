@@ -17,7 +17,8 @@ fn transmittance(m: f32) -> f32 {
 // at m = 1/4; beyond that 1 − e^(−m) loses two bits.
 fn opacity(m: f32) -> f32 {
     if m < 0.25 {
-        return m * (1.0 - m / 2.0 * (1.0 - m / 3.0 * (1.0 - m / 4.0 * (1.0 - m / 5.0 * (1.0 - m / 6.0)))));
+        return m * (1.0 + m * (-1.0 / 2.0 + m * (1.0 / 6.0 + m * (-1.0 / 24.0
+            + m * (1.0 / 120.0 + m * (-1.0 / 720.0))))));
     }
     return 1.0 - transmittance(m);
 }

@@ -17,11 +17,21 @@ struct Chord {
     cue: vec2f, // the depth cue at both ends
 }
 
+// A pixel's ray: where it passes the anchor's plane, and how it moves with depth.
+struct Ray {
+    through: vec2f,
+    slope: vec2f,
+}
+
+fn ray_of(in: Varying) -> Ray {
+    let at = vec2f(-1.0, 1.0) + vec2f(1.0, -1.0) * (in.per_pixel.xy * in.position.xy);
+    return Ray(at * in.per_pixel.zw, at * in.per_depth.xy);
+}
+
 fn chord_of(in: Varying) -> Chord {
-    let x = 2.0 * in.position.x / frame.size.x - 1.0;
-    let y = 1.0 - 2.0 * in.position.y / frame.size.y;
-    let through = vec2f(x, y) * frame.extent;
-    let slope = vec2f(x, y) * frame.slope;
+    let ray = ray_of(in);
+    let through = ray.through;
+    let slope = ray.slope;
     // Sheared so that the ray is the axis x = y = 0. `fma` may or may not be fused,
     // but as one operation it rounds a vertex in one way for every cell that has it.
     let p0 = on_grid(fma(-slope, in.v0.zz, in.v0.xy - through));
@@ -54,7 +64,7 @@ fn chord_of(in: Varying) -> Chord {
         select(select(select(w3, w2, leaves.z), w1, leaves.y), w0, leaves.x),
         depths, values,
     );
-    let left = what_is_left(through, slope, entry, exit);
+    let left = what_is_left(ray, in.per_depth.z, entry, exit);
     let height = left.back.x - left.front.x;
     if !(any(enters) & any(leaves) & (height > 0.0)) {
         return Chord(0.0, 0.0, 0.0, 0.0, vec2f(1.0));
@@ -78,10 +88,10 @@ struct Part {
 
 // What eye and clip planes leave of the ray between entry and exit; where the eye is
 // inside, the ray starts there.
-fn what_is_left(through: vec2f, slope: vec2f, entry: vec2f, exit: vec2f) -> Part {
+fn what_is_left(ray: Ray, eye_depth: f32, entry: vec2f, exit: vec2f) -> Part {
     // The ray's parameter is the depth: at 0 it is in the anchor's plane.
-    let clipped = clip_ray(vec3f(through, 0.0), vec3f(slope, 1.0));
-    let begin = max(-frame.anchor_depth, clipped.x);
+    let clipped = clip_ray(vec3f(ray.through, 0.0), vec3f(ray.slope, 1.0));
+    let begin = max(eye_depth, clipped.x);
     var part = Part(entry, exit);
     let whole = max(exit.x - entry.x, 1e-36);
     if entry.x < begin {
@@ -107,7 +117,7 @@ fn edge(p: vec2f, q: vec2f) -> f32 {
 // but for the scalar's last bit: where it is constant in the cell it must stay so.
 fn point(weights: vec4f, depths: vec4f, values: vec4f) -> vec2f {
     let total = dot(weights, vec4f(1.0));
-    let mean = vec2f(dot(weights, depths), dot(weights, values)) / max(total, 1e-36);
+    let mean = vec2f(dot(weights, depths), dot(weights, values)) * (1.0 / max(total, 1e-36));
     let low = min(min(values.x, values.y), min(values.z, values.w));
     let high = max(max(values.x, values.y), max(values.z, values.w));
     return vec2f(mean.x, clamp(mean.y, low, high));

@@ -5,24 +5,25 @@
 // With: projection/cull.wgsl
 
 override PIECES: bool = false;
+override PARTS: bool = false;
 
 @group(0) @binding(3) var<storage, read_write> drawn: array<u32>;
-// A cell and how many of its pieces come before.
+// A cell and, see pieces.wgsl, what of it.
 @group(0) @binding(4) var<storage, read_write> pieces: array<vec2u>;
 
-var<workgroup> ends: array<vec2u, WORKGROUP>;
+var<workgroup> ends: array<vec4u, WORKGROUP>;
 
 // Pieces may be more than 32 bits count; then cells are drawn whole.
-fn plus(a: vec2u, b: vec2u) -> vec2u {
+fn plus(a: vec4u, b: vec4u) -> vec4u {
     let sum = a + b;
-    return select(sum, vec2u(0xffffffffu), sum < a);
+    return select(sum, vec4u(0xffffffffu), sum < a);
 }
 
 // Replaces ends[thread] by the sum up to and with it.
 fn add_up(thread: u32) {
     for (var step = 1u; step < WORKGROUP; step *= 2u) {
         workgroupBarrier();
-        var before = vec2u(0u);
+        var before = vec4u(0u);
         if thread >= step {
             before = ends[thread - step];
         }
@@ -38,7 +39,7 @@ fn cs_scan(@builtin(local_invocation_index) thread: u32) {
     let share = (cull.blocks + WORKGROUP - 1u) / WORKGROUP;
     let start = min(thread * share, cull.blocks);
     let end = min(start + share, cull.blocks);
-    var sum = vec2u(0u);
+    var sum = vec4u(0u);
     for (var i = start; i < end; i++) {
         sum = plus(sum, sums[i]);
     }
@@ -67,19 +68,21 @@ fn cs_compact(
     if cell < cull.cells {
         count = counts[cell];
     }
-    ends[thread] = vec2u(min(count, 1u), count);
+    let own = vec4u(min(count, 1u), pieces_in(count), pieces_in(count) * parts_in(count), 0u);
+    ends[thread] = own;
     add_up(thread);
     if count == 0u {
         return;
     }
-    let before = sums[min(block, cull.blocks)];
+    let start = sums[min(block, cull.blocks)] + ends[thread] - own;
     if !PIECES {
-        drawn[before.x + ends[thread].x - 1u] = cell;
+        drawn[start.x] = cell;
         return;
     }
-    let start = before.y + ends[thread].y - count;
-    for (var rank = 0u; rank < count; rank++) {
-        drawn[start + rank] = start + rank;
-        pieces[start + rank] = vec2u(cell, rank);
+    let first = select(start.y, start.z, PARTS);
+    let parts = select(1u, parts_in(count), PARTS);
+    for (var n = 0u; n < pieces_in(count) * parts; n++) {
+        drawn[first + n] = first + n;
+        pieces[first + n] = vec2u(cell, (n / parts) | ((n % parts) << 16u) | ((parts - 1u) << 24u));
     }
 }

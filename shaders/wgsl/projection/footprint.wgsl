@@ -22,7 +22,11 @@ struct Varying {
     // Where `PIECES`: see pieces.wgsl.
     @location(5) @interpolate(flat) at_low: vec4f,
     @location(6) @interpolate(flat) at_high: vec4f,
-    @location(7) @interpolate(flat) ends: vec2f,
+    @location(7) @interpolate(flat) piece: vec4f,
+    // What a fragment needs of `frame`: software rasterizers read a uniform lane by lane,
+    // and this once.
+    @location(8) @interpolate(flat) per_pixel: vec4f, // of the image in [−1, 1], y down; extent
+    @location(9) @interpolate(flat) per_depth: vec3f, // slope; the eye's depth
 }
 
 @vertex
@@ -51,6 +55,8 @@ fn vs_cell(@builtin(vertex_index) index: u32) -> Varying {
     );
     let pixel = footprint(corners, index % 4u);
     out.position = vec4f(2.0 * pixel / frame.size, 0.5, 1.0);
+    out.per_pixel = vec4f(2.0 / frame.size, frame.extent);
+    out.per_depth = vec3f(frame.slope, -frame.anchor_depth);
     if PIECES {
         choose_piece(&out, item.y);
     }

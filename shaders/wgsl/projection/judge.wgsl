@@ -15,10 +15,11 @@
 @group(0) @binding(6) var<storage, read> marks: array<u32>;
 // The first and the last interval of each cell, 16 bits each.
 @group(0) @binding(7) var<storage, read_write> ranges: array<u32>;
+@group(0) @binding(8) var<storage, read> positions: array<f32>; // three of each vertex
 
 override SCALARS_PER_CELL: bool = false;
 
-var<workgroup> shown: array<vec2u, WORKGROUP>;
+var<workgroup> shown: array<vec4u, WORKGROUP>;
 
 fn interval(i: u32) -> Interval {
     return intervals[i];
@@ -36,12 +37,17 @@ fn cs_judge(
 ) {
     let block = group.y * groups.x + group.x;
     let cell = block * WORKGROUP + thread;
-    var count = 0u;
+    shown[thread] = vec4u(0u);
     if cell < cull.cells {
-        count = pieces_of(cell);
-        counts[cell] = count;
+        let pieces = pieces_of(cell);
+        var parts = 0u;
+        if pieces > 0u {
+            parts = parts_of(cell);
+        }
+        let counted = min(parts, MOST_PARTS);
+        counts[cell] = pieces | (counted << 24u);
+        shown[thread] = vec4u(min(pieces, 1u), pieces, pieces * counted, u32(parts > MOST_PARTS));
     }
-    shown[thread] = vec2u(min(count, 1u), count);
     for (var step = WORKGROUP / 2u; step > 0u; step /= 2u) {
         workgroupBarrier();
         if thread < step {
@@ -53,13 +59,18 @@ fn cs_judge(
     }
 }
 
+fn bits_of(cell: u32) -> vec4u {
+    let v = cells[cell];
+    if SCALARS_PER_CELL {
+        return vec4u(scalars[cell]);
+    }
+    return vec4u(scalars[v.x], scalars[v.y], scalars[v.z], scalars[v.w]);
+}
+
 // In how many pieces a cell is drawn, 0 if it is not.
 fn pieces_of(cell: u32) -> u32 {
     let v = cells[cell];
-    var bits = vec4u(scalars[select(v.x, cell, SCALARS_PER_CELL)]);
-    if !SCALARS_PER_CELL {
-        bits = vec4u(bits.x, scalars[v.y], scalars[v.z], scalars[v.w]);
-    }
+    let bits = bits_of(cell);
     // Shaders may take it that there is no NaN, so its bits are looked at.
     if any((bits & vec4u(0x7fffffffu)) > vec4u(0x7f800000u)) {
         ranges[cell] = 0u;
@@ -90,6 +101,55 @@ fn pieces_of(cell: u32) -> u32 {
         return 0u;
     }
     return select(last - first + 1u, 1u, is_constant);
+}
+
+const MOST_PARTS: u32 = 255u;
+
+// Intervals that a cell may have to be looked at.
+const MOST_LOOKED_AT: u32 = 64u;
+
+// Into how many parts of one optical depth at most, for `segment_weights`, the ray's way
+// through a cell is cut; more than `MOST_PARTS` where that is unknown.
+fn parts_of(cell: u32) -> u32 {
+    if MODEL != EMISSION_ABSORPTION {
+        return 1u;
+    }
+    let first = ranges[cell] & 0xffffu;
+    let last = ranges[cell] >> 16u;
+    if last - first >= MOST_LOOKED_AT {
+        return MOST_PARTS + 1u;
+    }
+    let v = cells[cell];
+    let s = bitcast<vec4f>(bits_of(cell));
+    let low = min(min(s.x, s.y), min(s.z, s.w));
+    let high = max(max(s.x, s.y), max(s.z, s.w));
+    var densest = 0.0;
+    for (var index = first; index <= last; index++) {
+        let i = intervals[index];
+        let ends = vec2f(
+            sample_interval(i, clamp(low, i.low, i.high)).w,
+            sample_interval(i, clamp(high, i.low, i.high)).w,
+        );
+        densest = max(densest, max(ends.x, ends.y));
+    }
+    let p0 = position(v.x);
+    let p1 = position(v.y);
+    let p2 = position(v.z);
+    let p3 = position(v.w);
+    let longest = max(
+        max(max(length(p1 - p0), length(p2 - p0)), length(p3 - p0)),
+        max(max(length(p2 - p1), length(p3 - p1)), length(p3 - p2)),
+    );
+    // More than f32 loses in all this.
+    let deepest = densest * longest * 1.00001;
+    if !(deepest <= f32(MOST_PARTS)) {
+        return MOST_PARTS + 1u;
+    }
+    return max(u32(ceil(deepest)), 1u);
+}
+
+fn position(vertex: u32) -> vec3f {
+    return vec3f(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
 }
 
 fn shows_at(index: u32, scalar: f32) -> bool {

@@ -6,9 +6,8 @@
 @group(1) @binding(1) var<storage, read> scalars: array<f32>;   // of each cell, for cell data
 @group(1) @binding(2) var<storage, read> cells: array<vec4u>;   // vertices, positively oriented
 @group(1) @binding(3) var<storage, read> drawn: array<u32>;     // which items, in drawing order
-// An item is a cell or, where `PIECES`, one of these: a cell and how many of its pieces
-// are drawn before. A piece is what is in one interval of the transfer function. Without
-// pieces there is one, of no cell.
+// An item is a cell or, where `PIECES`, one of these: a cell and what of it, see
+// pieces.wgsl. Without pieces there is one, of no cell.
 @group(1) @binding(4) var<storage, read> pieces: array<vec2u>;
 
 override PIECES: bool = false;

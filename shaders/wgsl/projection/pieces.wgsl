@@ -4,11 +4,21 @@
 // Scalars become places u in the piece, 0 at its lower end and 1 at its upper one.
 // Planes of one scalar part the pieces, so their order is the same for all rays from the
 // eye: those on the far side of the eye's own scalar first, beginning with the farthest.
+//
+// Where `PARTS`, a piece that may be too deep for `segment_weights` is drawn more than
+// once: of each ray's way through it, the farthest part, then the one before it.
 // With: projection/footprint.wgsl, projection/transfer.wgsl,
 //       common/transfer_function.wgsl, common/optics.wgsl
 
-// Replaces the scalars in `out` by places in the piece that `rank` others are drawn before.
-fn choose_piece(out: ptr<function, Varying>, rank: u32) {
+override PARTS: bool = false;
+
+// Replaces the scalars in `out` by places in a piece. `what` is which: how many others are
+// drawn before it, 16 bits; how many of its parts are, 8 bits; and the number of its parts
+// less 1.
+fn choose_piece(out: ptr<function, Varying>, what: u32) {
+    let rank = what & 0xffffu;
+    let parts = (what >> 24u) + 1u;
+    let part = parts - 1u - ((what >> 16u) & 0xffu);
     let s = vec4f((*out).v0.w, (*out).v1.w, (*out).v2.w, (*out).v3.w);
     let least_scalar = least(s);
     let greatest_scalar = greatest(s);
@@ -28,7 +38,7 @@ fn choose_piece(out: ptr<function, Varying>, rank: u32) {
     (*out).at_low = sample_interval(i, low);
     (*out).at_high = sample_interval(i, high);
     // What only touches an end of the cell is in the piece there.
-    (*out).ends = vec2f(select(0.0, -1e30, index == first), select(1.0, 1e30, index == last));
+    var ends = vec2f(select(0.0, -1e30, index == first), select(1.0, 1e30, index == last));
     var u = (s - low) / select(high - low, 1.0, high <= low);
     if least_scalar == greatest_scalar {
         // One piece. On a step, both sides count half.
@@ -36,9 +46,10 @@ fn choose_piece(out: ptr<function, Varying>, rank: u32) {
         let value = 0.5 * (sample_interval(interval(first), low) + sample_interval(other, low));
         (*out).at_low = value;
         (*out).at_high = value;
-        (*out).ends = vec2f(-1e30, 1e30);
+        ends = vec2f(-1e30, 1e30);
         u = vec4f(0.5);
     }
+    (*out).piece = vec4f(ends, vec2f(f32(part), 1.0) / f32(parts));
     (*out).v0.w = u.x;
     (*out).v1.w = u.y;
     (*out).v2.w = u.z;
@@ -65,14 +76,21 @@ fn scalar_at_eye(v: Varying) -> f32 {
 
 // What a ray's part in the cell adds that is in the piece, from place `front` to `back`.
 fn integrate_piece(in: Varying, front: f32, back: f32, length: f32) -> vec4f {
-    let start = clamp(front, in.ends.x, in.ends.y);
-    let end = clamp(back, in.ends.x, in.ends.y);
+    let ends = in.piece.xy;
+    var start = clamp(front, ends.x, ends.y);
+    var end = clamp(back, ends.x, ends.y);
     let whole = abs(back - front);
     // Constant along the ray: in the piece, or between two, half in each.
-    let inside = select(0.0, select(1.0, 0.5, any(vec2f(front) == in.ends)), front == start);
-    let share = select(abs(end - start) / whole, inside, whole == 0.0);
+    let inside = select(0.0, select(1.0, 0.5, any(vec2f(front) == ends)), front == start);
+    var share = select(abs(end - start) / whole, inside, whole == 0.0);
     if share <= 0.0 {
         return vec4f(0.0);
+    }
+    if PARTS {
+        let way = end - start;
+        start += in.piece.z * way;
+        end = start + in.piece.w * way;
+        share *= in.piece.w;
     }
     let at = saturate(vec2f(start, end));
     return add_piece(

@@ -34,10 +34,9 @@ const REACH: f32 = 2.0;
 
 @fragment
 fn fs_surface(in: Varying) -> Met {
-    let x = 2.0 * in.position.x / frame.size.x - 1.0;
-    let y = 1.0 - 2.0 * in.position.y / frame.size.y;
-    let through = vec2f(x, y) * frame.extent;
-    let slope = vec2f(x, y) * frame.slope;
+    let ray = ray_of(in);
+    let through = ray.through;
+    let slope = ray.slope;
     // As in chord.wgsl.
     let p0 = vec4f(on_grid(fma(-slope, in.v0.zz, in.v0.xy - through)), in.v0.zw);
     let p1 = vec4f(on_grid(fma(-slope, in.v1.zz, in.v1.xy - through)), in.v1.zw);
@@ -49,7 +48,7 @@ fn fs_surface(in: Varying) -> Met {
     }
     let entry = crossed_face(turns.enters, p0, p1, p2, p3);
     let exit = crossed_face(turns.leaves, p0, p1, p2, p3);
-    let left = what_is_left(through, slope, entry, exit);
+    let left = what_is_left(ray, in.per_depth.z, entry, exit);
     if left.back.x < left.front.x {
         discard;
     }

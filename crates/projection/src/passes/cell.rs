@@ -117,7 +117,11 @@ impl CellPass {
             constants.push(sides::constant(gpu)?);
         }
         let in_pieces = ("PIECES", uploaded.look.culled.in_pieces.into());
+        let in_parts = ("PARTS", uploaded.look.culled.in_parts.into());
         constants.push(in_pieces);
+        if !matches!(into, Into::Faces(_)) {
+            constants.push(in_parts);
+        }
         let mut per_vertex = vec![
             ("SCALARS_PER_CELL", uploaded.field.per_cell.into()),
             ("INTERVAL_COUNT", uploaded.look.interval_count.into()),

@@ -31,11 +31,13 @@ pub(crate) struct Culled {
     pub(crate) ranges: wgpu::Buffer,
     /// The items that are drawn: cells or, where `in_pieces`, those.
     pub(crate) drawn: wgpu::Buffer,
-    /// A cell and how many of its pieces come before, by piece.
+    /// A cell and what of it is drawn, by piece; see `pieces.wgsl`.
     pub(crate) pieces: wgpu::Buffer,
     pub(crate) items: u32,
     pub(crate) cells: u32,
     pub(crate) in_pieces: bool,
+    /// Whether pieces are in parts, none of an optical depth above 1.
+    pub(crate) in_parts: bool,
 }
 
 /// What decides.
@@ -70,7 +72,7 @@ pub(crate) fn cull(gpu: &Gpu, judged: &Judged) -> Result<Culled, Error> {
     let copied = storage | BufferUsages::COPY_SRC;
     let ranges = gpu.buffer("the cells' intervals", 4 * u64::from(cells.max(1)), copied)?;
     let counts = gpu.buffer(label, 4 * u64::from(cells.max(1)), storage)?;
-    let sums = gpu.buffer(label, 8 * u64::from(blocks + 1), copied)?;
+    let sums = gpu.buffer(label, 16 * u64::from(blocks + 1), copied)?;
     let intervals = gpu.upload(label, judged.intervals, storage)?;
     let marks = gpu.upload(label, &marks, storage)?;
     let pass = |source: &str, entry: &str, constants: &[(&str, f64)], buffers: &[_]| {
@@ -84,7 +86,15 @@ pub(crate) fn cull(gpu: &Gpu, judged: &Judged) -> Result<Culled, Error> {
     let shared = [&uniform, &counts, &sums];
     let field_constant = ("SCALARS_PER_CELL", f64::from(field.per_cell));
     let constants = [model_constant(judged.model), field_constant];
-    let own = [&geometry.cells, &field.scalars, &intervals, &marks, &ranges];
+    let (cells_of, positions) = (&geometry.cells, &geometry.positions);
+    let own = [
+        cells_of,
+        &field.scalars,
+        &intervals,
+        &marks,
+        &ranges,
+        positions,
+    ];
     let all: Vec<_> = shared.iter().chain(&own).copied().collect();
     gpu.finish(pass(JUDGE, "cs_judge", &constants, &all)?)?;
 
@@ -97,13 +107,22 @@ pub(crate) fn cull(gpu: &Gpu, judged: &Judged) -> Result<Culled, Error> {
     let mut encoder = pass(COMPACT, "cs_scan", &[], &all)?;
     let total = read_back(gpu, &mut encoder, Source::Buffer(&sums, sums.size()))?;
     gpu.finish(encoder)?;
-    let total: Vec<[u32; 2]> = total.read()?;
-    let [cells_drawn, piece_count] = total[blocks as usize];
+    let total: Vec<[u32; 4]> = total.read()?;
+    let [cells_drawn, piece_count, part_count, uncounted] = total[blocks as usize];
 
-    let in_pieces = judged.pieces
-        && u64::from(piece_count) <= MOST_PIECES * u64::from(cells_drawn)
-        && piece_count <= u32::MAX / 4;
-    let items = if in_pieces { piece_count } else { cells_drawn };
+    let fit = |items: u32| {
+        judged.pieces
+            && u64::from(items) <= MOST_PIECES * u64::from(cells_drawn)
+            && items <= u32::MAX / 4
+    };
+    let in_parts =
+        fit(part_count) && uncounted == 0 && judged.model == OpticalModel::EmissionAbsorption;
+    let in_pieces = in_parts || fit(piece_count);
+    let items = match (in_pieces, in_parts) {
+        (_, true) => part_count,
+        (true, false) => piece_count,
+        (false, false) => cells_drawn,
+    };
     let drawn = gpu.buffer(
         "the list of drawn cells",
         4 * u64::from(items.max(1)),
@@ -114,7 +133,10 @@ pub(crate) fn cull(gpu: &Gpu, judged: &Judged) -> Result<Culled, Error> {
         false => gpu.upload("the cells' pieces", &[[NO_CELL, 0]], copied)?,
     };
     let all: Vec<_> = shared.into_iter().chain([&drawn, &pieces]).collect();
-    let constants = [("PIECES", f64::from(in_pieces))];
+    let constants = [
+        ("PIECES", f64::from(in_pieces)),
+        ("PARTS", f64::from(in_parts)),
+    ];
     gpu.finish(pass(COMPACT, "cs_compact", &constants, &all)?)?;
     Ok(Culled {
         ranges,
@@ -123,6 +145,7 @@ pub(crate) fn cull(gpu: &Gpu, judged: &Judged) -> Result<Culled, Error> {
         items,
         cells: cells_drawn,
         in_pieces,
+        in_parts,
     })
 }
 
@@ -167,7 +190,7 @@ impl Pass<'_> {
         let label = "projection::cull";
         let mut types = vec![UNIFORM, WRITE, WRITE];
         types.extend(match self.entry {
-            "cs_judge" => vec![READ, READ, READ, READ, WRITE],
+            "cs_judge" => vec![READ, READ, READ, READ, WRITE, READ],
             _ => vec![WRITE, WRITE],
         });
         gpu.checked(label, 0, || {
@@ -227,14 +250,15 @@ impl Culled {
         let mut list: Vec<[u32; 2]> = copy.read()?;
         list.truncate(items);
         let mut starts = Vec::with_capacity(cell_count + 1);
-        for ([cell, rank], place) in list.iter().zip(0..) {
-            if *rank == 0 {
+        let is_first = |what: u32| what & 0x00ff_ffff == 0;
+        for ([cell, what], place) in list.iter().zip(0..) {
+            if is_first(*what) {
                 // Cells that are not drawn have no pieces.
                 starts.resize(*cell as usize + 1, place);
             }
         }
         starts.resize(cell_count + 1, items as u32);
-        let cells = list.iter().filter(|[_, rank]| *rank == 0);
+        let cells = list.iter().filter(|[_, what]| is_first(*what));
         Ok((cells.map(|[cell, _]| *cell).collect(), Some(starts)))
     }
 }

@@ -28,6 +28,78 @@ fn ramp(low: f64, high: f64) -> Appearance {
     Appearance::new(function, OpticalModel::EmissionAbsorption)
 }
 
+// Around the depth of 1 that the weights of a segment are good for: all below it; some
+// above it; so many, or so far, that the loop over steps is left to do it.
+#[test]
+fn pieces_too_deep_for_one_step_are_drawn_in_parts() {
+    let Some(gpu) = testing::gpu("pieces_too_deep_for_one_step_are_drawn_in_parts") else {
+        return;
+    };
+    let sphere = tetrascope_datasets::find("sphere").expect("a data set");
+    let options = tetrascope_datasets::Options {
+        cells: Some(3000),
+        seed: None,
+    };
+    let volume = Volume::Mesh(sphere.mesh(&options).expect("a mesh"));
+    let bounds = volume.bounds();
+    let range = volume.scalar_range().expect("numbers");
+    let order = ProjectionOptions {
+        order: crate::Order::Mpvo,
+        ..ProjectionOptions::default()
+    };
+    let view = View {
+        camera: Camera::fit(&bounds, CameraFit::PlusIso, false, 1.0),
+        width: 64,
+        height: 64,
+        background: [0.2, 0.3, 0.1, 0.6],
+    };
+    // Dense in the middle, up to so many depths across the box.
+    for (densest, in_parts) in [(5.0, true), (20.0, true), (400.0, false), (1e6, false)] {
+        let knot = |share: f64, extinction: f64| Knot {
+            scalar: range.0 + share * (range.1 - range.0),
+            color: DVec3::new(share, 0.8, 1.0 - share),
+            extinction: extinction * densest / bounds.diagonal(),
+        };
+        let knots = vec![knot(0.0, 0.01), knot(0.5, 0.02), knot(1.0, 1.0)];
+        let function = TransferFunction::new(knots).expect("sorted");
+        for model in [OpticalModel::EmissionAbsorption, OpticalModel::Emission] {
+            let appearance = Appearance::new(function.clone(), model);
+            let renderer = Projection::new(&gpu, &volume, &appearance, &order).expect("it fits");
+            let culled = &renderer.scene.look.culled;
+            let expected = in_parts && model == OpticalModel::EmissionAbsorption;
+            eprintln!(
+                "{densest} {model:?}: {} cells, {} items",
+                culled.cells, culled.items
+            );
+            assert_eq!(culled.in_parts, expected, "{densest} {model:?}");
+            let reference = tetrascope_reference::Reference::new(
+                &volume,
+                &appearance,
+                &tetrascope_reference::ReferenceOptions::default(),
+            );
+            let truth = reference.expect("a mesh").render(&view).expect("a picture");
+            let picture = renderer.render(&view).expect("a picture");
+            let pairs = picture
+                .pixels
+                .iter()
+                .flatten()
+                .zip(truth.pixels.iter().flatten());
+            // Chords are wrong by 2e-7 of the mesh's size (tests/pictures/common.rs), so
+            // depths by that times the extinction. No light is added behind what hides it:
+            // 1e-4 is far below what a part left out or drawn twice would change.
+            let mut limit = 2e-7 * densest;
+            if model == OpticalModel::EmissionAbsorption {
+                limit = limit.min(1e-4);
+            }
+            let worst = pairs
+                .map(|(a, b)| f64::from((a - b).abs()))
+                .fold(0.0, f64::max);
+            eprintln!("    {worst:e}");
+            assert!(worst <= limit, "{densest} {model:?}: {worst:e}");
+        }
+    }
+}
+
 #[test]
 fn the_table_is_made_by_restyle_alone() {
     let Some(gpu) = testing::gpu("the_table_is_made_by_restyle_alone") else {
