@@ -180,6 +180,65 @@ fn ring_of(bits: u32) -> u32 {
     return select(pairs & 0xffu, pairs >> 8u, bits % 2u == 1u);
 }
 
+// Corners around a convex polygon; a triangle repeats its last one.
+struct Ring {
+    a: vec2f,
+    b: vec2f,
+    c: vec2f,
+    d: vec2f,
+    triangle: bool,
+}
+
+// A quadrilateral as a triangle around it where that is little larger: without one of its
+// sides, the two beside it prolonged until they meet. Else with its shorter diagonal from a
+// to c, along which two triangles meet. Blocks of pixels there are shaded twice.
+fn in_few_triangles(h: Ring) -> Ring {
+    let e0 = h.b - h.a;
+    let e1 = h.c - h.b;
+    let e2 = h.d - h.c;
+    let e3 = h.a - h.d;
+    let x = vec4f(e0.x, e1.x, e2.x, e3.x);
+    let y = vec4f(e0.y, e1.y, e2.y, e3.y);
+    // Of each side and the one before, and of the one after and the one before.
+    let turns = x.wxyz * y - y.wxyz * x;
+    let opens = x.wxyz * y.yzwx - y.wxyz * x.yzwx;
+    // Where those two meet, in lengths of each.
+    let divisors = select(vec4f(1e-30), opens, opens != vec4f(0.0));
+    let behind = turns.yzwx / divisors;
+    let before = turns / divisors;
+    let area = abs(turns.x + turns.z);
+    let added = abs(behind * turns);
+    let fits = (min(behind, before) > vec4f(0.0)) & (max(behind, before) <= vec4f(LONGEST))
+        & (added <= vec4f(MOST_ADDED * area));
+    let cost = select(vec4f(1e30), added, fits);
+    let cheapest = least(cost);
+    if h.triangle {
+        return h;
+    }
+    if cheapest >= 1e30 {
+        if dot(h.d - h.b, h.d - h.b) < dot(h.c - h.a, h.c - h.a) {
+            return Ring(h.b, h.c, h.d, h.a, false);
+        }
+        return h;
+    }
+    if cost.x == cheapest {
+        return Ring(h.a + behind.x * e3, h.c, h.d, h.d, true);
+    }
+    if cost.y == cheapest {
+        return Ring(h.b + behind.y * e0, h.d, h.a, h.a, true);
+    }
+    if cost.z == cheapest {
+        return Ring(h.c + behind.z * e1, h.a, h.b, h.b, true);
+    }
+    return Ring(h.d + behind.w * e2, h.b, h.c, h.c, true);
+}
+
+// A share of the area: the fragments around a cell cost, too.
+const MOST_ADDED: f32 = 0.2;
+// A tip farther out would be too sharp to be moved outward. Rounding moves it across a side
+// by a few 2⁻²⁴ of the triangle's size, below `LARGEST` far less than `MARGIN`.
+const LONGEST: f32 = 4.0;
+
 // A corner of the convex hull of q, its sides moved outward by `margin` pixels. Where
 // that makes a tip too long, of the box along the longest edge.
 fn grown_hull(q: Flat, margin: f32, corner: u32) -> vec2f {
@@ -190,11 +249,18 @@ fn grown_hull(q: Flat, margin: f32, corner: u32) -> vec2f {
     let w = vec4f(cross2(b - a, c - a), -cross2(b, c), cross2(a, c), -cross2(a, b));
     let bits = dot(select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), w > vec4f(0.0)), vec4u(1u));
     let ring = ring_of(select(bits, 15u - bits, bits >= 8u));
-    let h0 = pick(q, ring & 3u);
-    let h1 = pick(q, (ring >> 2u) & 3u);
-    let h2 = pick(q, (ring >> 4u) & 3u);
-    let h3 = pick(q, ring >> 6u);
-    let triangle = ((ring >> 4u) & 3u) == ring >> 6u;
+    let hull = in_few_triangles(Ring(
+        pick(q, ring & 3u),
+        pick(q, (ring >> 2u) & 3u),
+        pick(q, (ring >> 4u) & 3u),
+        pick(q, ring >> 6u),
+        ((ring >> 4u) & 3u) == ring >> 6u,
+    ));
+    let h0 = hull.a;
+    let h1 = hull.b;
+    let h2 = hull.c;
+    let h3 = hull.d;
+    let triangle = hull.triangle;
     // From each corner to the next; a triangle's last side comes twice.
     let e0 = h1 - h0;
     let e1 = h2 - h1;
