@@ -114,6 +114,9 @@
 //!   come in within a rounding of an edge. They are counted; llvmpipe has none. So it is with
 //!   [`Entries::PeeledLayers`], a fragment shader that peels and a compute shader that marches;
 //!   on llvmpipe both get the same bits.
+//! - [`Crossings::Sides`] knows the front of a face by the order of its cell's corners. Where a cell of
+//!   no volume has them in the other order than its neighbors would, rays that come to it turn
+//!   back; they are counted as lost. [`Passes::Single`] knows no order, and loses none.
 //! - [`Passes::PingPong`] draws no isosurfaces, depth cue or clip planes, and cannot be recorded
 //!   into the caller's encoder, as the CPU reads occlusion queries between passes.
 

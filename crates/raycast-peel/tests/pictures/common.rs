@@ -98,6 +98,31 @@ pub(crate) fn stacked_plates(count: u32) -> Volume {
     Volume::Mesh(TetMesh::from_tetrahedra(points, tetrahedra, scalars).expect("a mesh"))
 }
 
+/// The same cells, but no two share a point: where two touch, two faces are in one place.
+pub(crate) fn split(mesh: &TetMesh) -> Volume {
+    let cells = 0..mesh.cell_count();
+    let points = cells.clone().flat_map(|c| mesh.cell_points(c)).collect();
+    let scalars = Scalars {
+        values: cells.clone().flat_map(|c| mesh.cell_scalars(c)).collect(),
+        ..mesh.scalars().clone()
+    };
+    let tetrahedra = cells.map(|c| [0, 1, 2, 3].map(|i| 4 * c as u32 + i));
+    let split = TetMesh::from_tetrahedra(points, tetrahedra.collect(), scalars);
+    Volume::Mesh(split.expect("a mesh"))
+}
+
+/// A mesh of these cells.
+pub(crate) fn cells(points: &[[f64; 3]], cells: &[[u32; 4]], values: &[f64]) -> Volume {
+    let scalars = Scalars {
+        name: "s".into(),
+        association: Association::Point,
+        values: values.to_vec(),
+    };
+    let points = points.iter().map(|&p| p.into()).collect();
+    let mesh = TetMesh::from_tetrahedra(points, cells.to_vec(), scalars);
+    Volume::Mesh(mesh.expect("a mesh"))
+}
+
 /// What two pictures differ by, over the channels of all pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Difference {

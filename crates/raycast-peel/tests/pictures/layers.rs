@@ -6,16 +6,16 @@ use tetrascope_core::{
     VolumeRenderer as _,
 };
 use tetrascope_gpu::{Gpu, testing};
-use tetrascope_raycast_peel::{Entries, RaycastOptions, RaycastPeel};
+use tetrascope_raycast_peel::{Entries, Locality, RaycastOptions, RaycastPeel};
 
 use crate::common::{
-    angular_sector, draw, fitted, liquid_oxygen_post, ramp, renderer, scene, stacked_plates,
-    super_phoenix, surfaces, tilted, view,
+    angular_sector, cells, draw, fitted, liquid_oxygen_post, ramp, renderer, scene, split,
+    stacked_plates, super_phoenix, surfaces, tilted, view,
 };
 
 const SIDE: u32 = 32;
 
-fn views(volume: &Volume) -> [(&'static str, View); 4] {
+fn views(volume: &Volume) -> [(&'static str, View); 5] {
     let bounds = volume.bounds();
     let inside = Camera {
         position: bounds.center() + bounds.size() * DVec3::new(0.11, 0.13, 0.07),
@@ -29,6 +29,11 @@ fn views(volume: &Volume) -> [(&'static str, View); 4] {
         },
         ..inside
     };
+    // Rays that begin beside the view's middle pass the mesh hundreds of units from their anchors.
+    let wide = Camera {
+        projection: Projection::Perspective { view_angle: 179.9 },
+        ..inside
+    };
     // Along the lattice, where many rays run in faces and tie.
     let along = fitted(volume, CameraFit::PlusX, true, SIDE);
     let outside = fitted(volume, CameraFit::PlusIso, false, SIDE);
@@ -37,6 +42,7 @@ fn views(volume: &Volume) -> [(&'static str, View); 4] {
         ("along the lattice", along),
         ("inside", view(inside, SIDE)),
         ("orthographic, inside", view(cut, SIDE)),
+        ("wide", view(wide, SIDE)),
     ]
 }
 
@@ -155,6 +161,63 @@ fn layers_give_the_bits_of_lists_on_data() {
             both.compare(&format!("{name}, {from}, integers"), &view);
         }
     }
+}
+
+/// All but the outermost faces are in pairs of one place, where t ties and the faces decide.
+#[test]
+fn faces_in_one_place_are_all_peeled() {
+    let Some(gpu) = testing::gpu("faces_in_one_place_are_all_peeled") else {
+        return;
+    };
+    let (volume, appearance) = scene("staircase", 23);
+    let Volume::Mesh(mesh) = &volume else {
+        panic!("a mesh")
+    };
+    let volume = split(mesh);
+    let both = Both::new(&gpu, &volume, &appearance, &RaycastOptions::default());
+    let mut most = 0;
+    for (from, view) in views(&volume) {
+        let frame = both.compare(from, &view);
+        most = most.max(frame.stats.layers.expect("counted"));
+    }
+    // Rays cross several cells.
+    assert!(most >= 6, "{most}");
+}
+
+/// Where depths cannot tell two entries of overlapping cells apart, lists do not either: the faces
+/// decide. Rays meet the second cell first, by 2e-10, in the plane of their anchors.
+#[test]
+fn entries_a_hair_apart_are_in_one_order() {
+    let Some(gpu) = testing::gpu("entries_a_hair_apart_are_in_one_order") else {
+        return;
+    };
+    let mut points = Vec::new();
+    for z in [1e-10, -1e-10] {
+        points.extend([
+            [-0.9, -0.9, z],
+            [0.9, -0.9, z],
+            [0.0, 0.9, z],
+            [0.0, 0.0, 1.0],
+        ]);
+    }
+    // And one that puts the mesh's center where that plane is.
+    points.extend([
+        [-1.0, -1.0, -1.0],
+        [1.0, -1.0, -1.0],
+        [0.0, 1.0, -1.0],
+        [0.0, 0.0, -0.9],
+    ]);
+    let values = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 0.5];
+    let each = [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]];
+    let volume = cells(&points, &each, &values);
+    let options = RaycastOptions {
+        locality: Locality::AsGiven,
+        ..RaycastOptions::default()
+    };
+    let both = Both::new(&gpu, &volume, &ramp(&volume), &options);
+    let view = fitted(&volume, CameraFit::MinusZ, true, SIDE);
+    let frame = both.compare("overlapping", &view);
+    assert_eq!(frame.stats.layers, Some(6));
 }
 
 /// More layers than memory is spent on: a ray in all of them searches lists.

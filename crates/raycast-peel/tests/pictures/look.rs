@@ -10,8 +10,8 @@ use tetrascope_raycast_peel::{RaycastOptions, RaycastPeel};
 use tetrascope_reference::Reference;
 
 use crate::common::{
-    Difference, difference, fitted, is_explained, plates, ramp, renderer, scale, scene, surfaces,
-    tilted, truth, view,
+    Difference, difference, fitted, is_explained, plates, ramp, renderer, scale, scene, split,
+    surfaces, tilted, truth, view,
 };
 
 /// What `reference.rs` allows and why; cutting adds one rounding an end.
@@ -185,23 +185,30 @@ fn a_surface_in_the_last_cell_of_a_path_hides_what_follows() {
     let Some(gpu) = testing::gpu("a_surface_in_the_last_cell_of_a_path_hides_what_follows") else {
         return;
     };
-    let volume = plates();
-    let mut appearance = surfaces(&volume, ramp(&volume));
-    appearance.isosurfaces.truncate(1);
-    appearance.isosurfaces[0].value = 0.99;
-    let view = fitted(&volume, CameraFit::MinusZ, true, 16);
-    let (rays, _) = new(&gpu, &volume, &appearance);
-    let depths = rays.render(&view).expect("a frame").depths;
-    let nearest = volume.bounds().min.z - view.camera.position.z;
-    let mut hits = 0;
-    for depth in depths.expect("surfaces have depths") {
-        if depth.is_finite() {
-            hits += 1;
-            // In the first plate, by more than the depths' 2⁻²² of the distance.
-            assert!(f64::from(depth) - nearest < 0.001, "{depth} {nearest}");
+    let whole = plates();
+    let Volume::Mesh(mesh) = &whole else {
+        panic!("a mesh")
+    };
+    // Split, every cell is the last of a path, and the first.
+    for (what, volume) in [("split", split(mesh)), ("whole", whole)] {
+        let mut appearance = surfaces(&volume, ramp(&volume));
+        appearance.isosurfaces.truncate(1);
+        appearance.isosurfaces[0].value = 0.99;
+        let view = fitted(&volume, CameraFit::MinusZ, true, 16);
+        let (rays, _) = new(&gpu, &volume, &appearance);
+        let depths = rays.render(&view).expect("a frame").depths;
+        let nearest = volume.bounds().min.z - view.camera.position.z;
+        let mut hits = 0;
+        for depth in depths.expect("surfaces have depths") {
+            if depth.is_finite() {
+                hits += 1;
+                // In the first plate, by more than the depths' 2⁻²² of the distance.
+                let far = f64::from(depth) - nearest;
+                assert!(far < 0.001, "{what}: {depth} {nearest}");
+            }
         }
+        assert!(hits > 20, "{what}: {hits}");
     }
-    assert!(hits > 20, "{hits}");
 }
 
 #[test]

@@ -211,16 +211,56 @@ fn by_sides_a_step_a_pass_is_one_dispatch() {
     let holes = with(Association::Point, holes);
     scenes.push(("cell scalars", (per_cell, appearance.clone())));
     scenes.push(("holes", (holes, appearance)));
+    let (staircase, appearance) = scene("staircase", 23);
+    let Volume::Mesh(mesh) = &staircase else {
+        panic!("a mesh")
+    };
+    scenes.push(("faces in one place", (common::split(mesh), appearance)));
+    // A flat cell between two pairs that share no diagonal: on its front the scalar is 0 in the
+    // middle, on its back 1, and a ray that leaves it may be back by a rounding.
+    let top = [[0, 1, 2, 4], [0, 2, 3, 4]];
+    let rest = [[1, 0, 2, 3], [0, 1, 3, 5], [1, 2, 3, 5]];
+    let square = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.0, 1.0, 0.0],
+    ];
+    let points = [&square[..], &[[0.5, 0.5, 1.0], [0.5, 0.5, -1.0]]].concat();
+    let values = [0.0, 1.0, 0.0, 1.0, 0.5, 0.5];
+    let saddle = common::cells(&points, &[&top[..], &rest].concat(), &values);
+    let style = common::ramp(&saddle);
+    scenes.push(("a flat cell", (saddle, style)));
+    // Two cells in one place, of which the first is met first.
+    let twice = [&square[..3], &points[4..5], &square[..3], &points[4..5]].concat();
+    let values = [0.0, 0.2, 0.1, 0.3, 0.9, 1.0, 0.8, 0.7];
+    let twice = common::cells(&twice, &[[0, 1, 2, 3], [4, 5, 6, 7]], &values);
+    let style = common::ramp(&twice);
+    scenes.push(("two cells in one place", (twice, style)));
     for (name, (volume, appearance)) in scenes {
-        for (from, view) in views(&volume) {
+        let mut views = views(&volume);
+        // Rays pass the mesh hundreds of units from their anchors.
+        let mut wide = views[2].1;
+        wide.camera.projection = Projection::Perspective { view_angle: 179.9 };
+        views.push(("wide", wide));
+        for (from, view) in views {
             let single = RaycastOptions::default();
             let single = draw(&gpu, &volume, &appearance, &single, &view);
             let frame = draw(&gpu, &volume, &appearance, &ping_pong(), &view);
             let Difference { rmse, max } = common::difference(&frame, &exactly(&single));
-            println!("{name}, {from}: by sides {rmse:.1e}, {max:.1e}");
             assert_eq!(frame.stats.lost_rays, Some(0), "{name}, {from}");
-            assert!(max <= 1e-5, "{name}, {from}: {max:e}");
-            if name == "holes" {
+            // λ of 573, half a unit over the cosine of 89.95°, is rounded by 2⁻¹⁵ wherever a ray
+            // crosses one of some twenty faces.
+            let knots = appearance.transfer_function.knots().iter();
+            let extinction = knots.fold(0.0, |most: f64, knot| most.max(knot.extinction));
+            let unit = volume.bounds().size().max_element(); // at most one is normalized
+            let most = match from {
+                "wide" => 20.0 * extinction * unit / f64::from(1 << 15),
+                _ => 1e-5,
+            };
+            println!("{name}, {from}: by sides {rmse:.1e}, {max:.1e} of {most:.1e}");
+            assert!(max <= most, "{name}, {from}: {max:e}");
+            if name == "holes" && from != "wide" {
                 // A corner without a scalar and a weight of 1e-5 once made a scalar beyond
                 // all intervals, and a loop that had no end. As in `reference.rs`.
                 let exact = truth(&volume, &appearance).render_exact(&view);

@@ -9,7 +9,7 @@ use tetrascope_core::{
 use tetrascope_gpu::{Gpu, testing};
 use tetrascope_raycast_peel::{RaycastOptions, RaycastPeel};
 
-use crate::common::{Difference, difference, fitted, renderer, scale, scene, truth, view};
+use crate::common::{Difference, difference, fitted, renderer, scale, scene, split, truth, view};
 
 const SIDE: u32 = 64;
 
@@ -133,19 +133,7 @@ fn cells_that_share_no_point_agree_with_the_reference() {
         return;
     };
     let (mesh, appearance) = mesh("sphere", 600);
-    let cells = 0..mesh.cell_count();
-    let points: Vec<DVec3> = cells.clone().flat_map(|c| mesh.cell_points(c)).collect();
-    let values = cells.clone().flat_map(|c| mesh.cell_scalars(c)).collect();
-    let tetrahedra = cells
-        .map(|c| [0, 1, 2, 3].map(|i| 4 * c as u32 + i))
-        .collect();
-    let split = TetMesh::from_tetrahedra(points, tetrahedra, point_scalars(values));
-    check(
-        &gpu,
-        "split",
-        &Volume::Mesh(split.expect("a mesh")),
-        &appearance,
-    );
+    check(&gpu, "split", &split(&mesh), &appearance);
 }
 
 /// A row of hexahedra whose lower edges are collapsed, as in the blunt fin: some of

@@ -2,8 +2,8 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
-    Appearance, CameraFit, DepthCue, Error, Frame, Knot, OpticalModel, TransferFunction, View,
-    Volume,
+    Appearance, CameraFit, DepthCue, Error, Frame, Knot, OpticalModel, TetMesh, TransferFunction,
+    View, Volume,
 };
 use tetrascope_gpu::preintegration::mean_chord;
 use tetrascope_gpu::{Gpu, testing};
@@ -101,13 +101,16 @@ fn fixed_lengths_count_cells() {
     let Some(gpu) = testing::gpu("fixed_lengths_count_cells") else {
         return;
     };
-    let (volume, _, mut view) = scene(OpticalModel::Absorption);
-    let Volume::Mesh(mesh) = &volume else {
-        panic!("a mesh")
-    };
+    let small = mesh("sphere", Some(3000));
+    // So that a normalized unit is more than one of the world.
+    let points = small.points().iter().map(|&p| 5.0 * p).collect();
+    let (cells, scalars) = (small.tetrahedra().to_vec(), small.scalars().clone());
+    let mesh = TetMesh::from_tetrahedra(points, cells, scalars).expect("a mesh");
+    let length = mean_chord(&mesh);
+    let volume = Volume::Mesh(mesh);
+    let mut view = fitted(&volume, CameraFit::PlusIso, false, 40);
     view.background = [0.0; 4];
     view.camera.position += volume.bounds().size() * DVec3::new(0.31, 0.17, 0.0);
-    let length = mean_chord(mesh);
     let extinction = 0.02 / length;
     let knot = |scalar| Knot {
         scalar,
