@@ -91,7 +91,7 @@
 //! # Limits
 //! - Tetrahedral meshes; a grid is unsupported.
 //! - Where cells overlap (a folded mesh), a ray sees the cells of each path in
-//!   the path's order.
+//!   the path's order; [`Passes::PingPong`] may begin at the other end of it.
 //! - With [`Crossings::Planes`] [`Passes::PingPong`] inherits the paper's errors. The rasterizer
 //!   decides where a ray comes in, and it snaps vertices to 1/256 of a pixel: a ray that close to
 //!   an edge of the boundary can be missed or begin in the wrong place. Of six small scenes
@@ -114,9 +114,9 @@
 //!   come in within a rounding of an edge. They are counted; llvmpipe has none. So it is with
 //!   [`Entries::PeeledLayers`], a fragment shader that peels and a compute shader that marches;
 //!   on llvmpipe both get the same bits.
-//! - [`Crossings::Sides`] knows the front of a face by the order of its cell's corners. Where a cell of
-//!   no volume has them in the other order than its neighbors would, rays that come to it turn
-//!   back; they are counted as lost. [`Passes::Single`] knows no order, and loses none.
+//! - [`Crossings::Sides`] knows the front of a face by the order of its cell's corners, which is
+//!   made the same for all cells that are joined by faces, those without volume too. A mesh that
+//!   cannot be ordered so, as it turns around like a Möbius strip, would lose rays and count them.
 //! - [`Passes::PingPong`] draws no isosurfaces, depth cue or clip planes, and cannot be recorded
 //!   into the caller's encoder, as the CPU reads occlusion queries between passes.
 

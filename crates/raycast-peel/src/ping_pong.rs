@@ -8,6 +8,7 @@
 mod frame;
 mod gpu_data;
 mod mesh;
+mod orientation;
 mod passes;
 mod tiles;
 

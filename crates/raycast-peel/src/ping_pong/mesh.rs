@@ -7,6 +7,7 @@ use tetrascope_gpu::memory::texture_bytes;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
 
+use super::orientation::{exchanged, ordered};
 use crate::layout::{cell_order, inverse};
 use crate::options::{Crossings, RaycastOptions};
 use crate::single::{TRANSPARENT_SCALAR, longest_edge};
@@ -121,16 +122,16 @@ impl Boundary {
         normalization: &Normalization,
         packing: &Packing,
         cell_order: &[u32],
-        crossings: Crossings,
+        exchanged: Option<&[bool]>,
     ) -> Result<Boundary, Error> {
         let label = "ping-pong::boundary";
-        match crossings {
-            Crossings::Planes => {
+        match exchanged {
+            None => {
                 let corners = boundary_corners(mesh, normalization, packing, cell_order);
                 let buffer = gpu.upload(label, &corners, BufferUsages::VERTEX)?;
                 Ok(Boundary::Corners(buffer, corners.len() as u32))
             }
-            Crossings::Sides => {
+            Some(exchanged) => {
                 let cell_at = inverse(cell_order);
                 let mut faces = mesh.boundary_faces().to_vec();
                 faces.sort_by_key(|&(cell, _)| cell_at[cell as usize]);
@@ -138,7 +139,8 @@ impl Boundary {
                     .iter()
                     .map(|&(cell, opposite)| BoundaryFace {
                         cell: packing.texel(cell_at[cell as usize]),
-                        opposite: opposite.into(),
+                        opposite: ordered(exchanged[cell as usize], [0.0, 1.0, 2.0, 3.0])
+                            [usize::from(opposite)],
                     })
                     .collect();
                 let corners = faces.iter().map(|&(cell, opposite)| {
@@ -174,7 +176,8 @@ pub(super) struct Mesh {
     normals: wgpu::Texture,
     neighbors: wgpu::Texture,
     pub(super) boundary: Boundary,
-    crossings: Crossings,
+    /// Whether the last two corners of each of the mesh's cells are, where rays cross by sides.
+    exchanged: Option<Vec<bool>>,
 }
 
 impl Mesh {
@@ -188,31 +191,28 @@ impl Mesh {
         let limit = gpu.limits().max_texture_dimension_2d;
         let packing = Packing::new(source.cell_count(), limit)?;
         let cell_order = cell_order(source, options.locality);
-        let geometry = Geometry::new(source, &normalization, &packing, &cell_order);
-        let crossings = options.crossings;
+        let exchanged = match options.crossings {
+            Crossings::Planes => None,
+            Crossings::Sides => Some(exchanged(source)),
+        };
+        let of_cells = exchanged.as_deref();
+        let geometry = Geometry::new(source, &normalization, &packing, &cell_order, of_cells);
         let texture = |label, size| {
             let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
             gpu.texture(label, size, TextureFormat::Rgba32Float, usage)
         };
         // Sides need no normals: a texel that nobody reads.
-        let normals_size = match crossings {
-            Crossings::Planes => packing.size(),
-            Crossings::Sides => (1, 1),
+        let normals_size = match exchanged {
+            None => packing.size(),
+            Some(_) => (1, 1),
         };
         let mesh = Mesh {
             longest_edge: longest_edge(source, &normalization),
             vertices: texture("ping-pong::vertices", packing.size())?,
             normals: texture("ping-pong::normals", normals_size)?,
             neighbors: texture("ping-pong::neighbors", packing.size())?,
-            boundary: Boundary::new(
-                gpu,
-                source,
-                &normalization,
-                &packing,
-                &cell_order,
-                crossings,
-            )?,
-            crossings,
+            boundary: Boundary::new(gpu, source, &normalization, &packing, &cell_order, of_cells)?,
+            exchanged,
             source: source.clone(),
             normalization,
             scalar_map,
@@ -220,7 +220,7 @@ impl Mesh {
             cell_order,
         };
         write(gpu, &mesh.vertices, &geometry.vertices)?;
-        if crossings == Crossings::Planes {
+        if mesh.exchanged.is_none() {
             write(gpu, &mesh.normals, &geometry.normals)?;
         }
         mesh.write_scalars(gpu)?;
@@ -235,7 +235,7 @@ impl Mesh {
             &self.scalar_map,
             &self.packing,
             &self.cell_order,
-            self.crossings,
+            self.exchanged.as_deref(),
         );
         write(gpu, &self.neighbors, &texels)
     }
@@ -312,6 +312,7 @@ impl Geometry {
         normalization: &Normalization,
         packing: &Packing,
         cell_order: &[u32],
+        exchanged: Option<&[bool]>,
     ) -> Geometry {
         let mut vertices = packing.texels();
         let mut normals = packing.texels();
@@ -319,7 +320,8 @@ impl Geometry {
         for ((vertices, normals), &cell) in places.zip(cell_order) {
             let points = corners(mesh, normalization, cell);
             // Of the rounded points, as the planes go through those.
-            let rounded = points.map(|p| p.as_vec3());
+            let is_exchanged = exchanged.is_some_and(|is| is[cell as usize]);
+            let rounded = ordered(is_exchanged, points.map(|p| p.as_vec3()));
             vertices.copy_from_slice(&interleaved(rounded));
             normals.copy_from_slice(&interleaved(FACES.map(|face| {
                 let [a, b, c] = face.map(|corner| rounded[corner].as_dvec3());
@@ -345,28 +347,33 @@ fn neighbor_texels(
     scalar_map: &ScalarMap,
     packing: &Packing,
     cell_order: &[u32],
-    crossings: Crossings,
+    exchanged: Option<&[bool]>,
 ) -> Vec<Texel> {
     let cell_at = inverse(cell_order);
     let mut texels = packing.texels();
     for (texels, &cell) in texels.chunks_mut(3).zip(cell_order) {
-        let [a, b, c, d] = mesh.neighbors()[cell as usize].map(|neighbor| {
+        let is_exchanged = exchanged.is_some_and(|is| is[cell as usize]);
+        let neighbors = ordered(is_exchanged, mesh.neighbors()[cell as usize]);
+        let [a, b, c, d] = neighbors.map(|neighbor| {
             if neighbor == NO_NEIGHBOR {
                 [OUTSIDE; 2]
             } else {
                 packing.texel(cell_at[neighbor as usize])
             }
         });
-        let scalars = match crossings {
-            Crossings::Planes => {
+        let scalars = match exchanged {
+            None => {
                 let points = corners(mesh, normalization, cell);
                 let field = linear(mesh, scalar_map, cell, &points);
                 field.gradient.extend(field.at_origin).to_array()
             }
-            Crossings::Sides => mesh.cell_scalars(cell as usize).map(|s| match s {
-                s if s.is_nan() => TRANSPARENT_SCALAR,
-                s => scalar_map.scalar(s),
-            }),
+            Some(_) => {
+                let scalars = ordered(is_exchanged, mesh.cell_scalars(cell as usize));
+                scalars.map(|s| match s {
+                    s if s.is_nan() => TRANSPARENT_SCALAR,
+                    s => scalar_map.scalar(s),
+                })
+            }
         };
         texels.copy_from_slice(&[[a[0], a[1], b[0], b[1]], [c[0], c[1], d[0], d[1]], scalars]);
     }
