@@ -6,7 +6,6 @@
 //! second, as in the paper.
 
 use std::hint::black_box;
-use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -49,13 +48,7 @@ fn load(file: &SceneFile) -> (Volume, Scene) {
 
 /// The Blunt Fin, where it is at hand.
 fn blunt_fin() -> Option<SceneFile> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("TETRASCOPE_DATA").map_or(beside, PathBuf::from);
-    let path = folder.join("bluntfinxyz.bin");
-    if !path.is_file() {
-        eprintln!("skipped: the Blunt Fin: there is no {}", path.display());
-        return None;
-    }
+    let path = tetrascope_benches::data("bluntfinxyz.bin")?;
     Some(SceneFile::new(VolumeSource {
         file: Some(path),
         field: Some("density".into()),

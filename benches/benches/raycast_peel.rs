@@ -7,7 +7,6 @@
 //! criterion is handed the samples. Rounds end with a budget: all of this takes a few minutes.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -39,21 +38,12 @@ const ROUNDS: usize = 7;
 
 /// The device, or why there is none.
 fn gpu(context: &Context) -> Option<&Gpu> {
-    context
-        .gpu()
-        .inspect_err(|error| eprintln!("skipped: raycast-peel: {error}"))
-        .ok()
+    tetrascope_benches::gpu(context, "raycast-peel")
 }
 
 /// A mesh file; without it, says that it is skipped.
 fn data(name: &str) -> Option<MeshData> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(beside, PathBuf::from);
-    let path = folder.join(name);
-    if !path.is_file() {
-        eprintln!("skipped: there is no {}", path.display());
-        return None;
-    }
+    let path = tetrascope_benches::data(name)?;
     Some(read_mesh(&path, &ReadOptions::default()).expect("a valid file"))
 }
 

@@ -7,7 +7,6 @@
 //! a software adapter with two cores; `TETRASCOPE_SIDE=512` gives the paper's.
 
 use std::hint::black_box;
-use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use criterion::measurement::WallTime;
@@ -38,21 +37,12 @@ fn side() -> u32 {
 
 /// The device, or why there is none.
 fn gpu(context: &Context) -> Option<&Gpu> {
-    context
-        .gpu()
-        .inspect_err(|error| eprintln!("skipped: slicing: {error}"))
-        .ok()
+    tetrascope_benches::gpu(context, "slicing")
 }
 
 /// A grid in a file; without it, says that it is skipped.
 fn file(name: &str) -> Option<Volume> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(beside, PathBuf::from);
-    let path = folder.join(name);
-    if !path.is_file() {
-        eprintln!("skipped: there is no {}", path.display());
-        return None;
-    }
+    let path = tetrascope_benches::data(name)?;
     match read_file(&path, &ReadOptions::default()).expect("a valid file") {
         FileData::Grid(grid) => Some(grid.into_volume(None).expect("it has a field").0),
         FileData::Mesh(_) => panic!("{} is no grid", path.display()),

@@ -1,7 +1,28 @@
-//! The scenes that the benchmarks share.
+//! The scenes that the benchmarks share, and where their device and their data are.
+
+use std::path::{Path, PathBuf};
 
 use tetrascope::core::{Scene, Volume};
-use tetrascope::volumes;
+use tetrascope::gpu::Gpu;
+use tetrascope::{Context, volumes};
+
+/// The device, or why there is none.
+pub fn gpu<'a>(context: &'a Context, bench: &str) -> Option<&'a Gpu> {
+    let skipped = |error: &_| eprintln!("skipped: {bench}: {error}");
+    context.gpu().inspect_err(skipped).ok()
+}
+
+/// A file in the folder that `TETRASCOPE_DATA` names; without it, says that it is skipped.
+pub fn data(name: &str) -> Option<PathBuf> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(beside, PathBuf::from);
+    let path = folder.join(name);
+    if path.is_file() {
+        return Some(path);
+    }
+    eprintln!("skipped: there is no {}", path.display());
+    None
+}
 
 /// A volume and its scene.
 pub struct Case {

@@ -79,6 +79,31 @@ pub fn module(gpu: &Gpu, label: &str, source: &str) -> wgpu::ShaderModule {
         })
 }
 
+/// A compute pipeline of a program's entry point, or of its only one, with its constants set.
+/// Without `groups`, for what the program declares.
+pub fn compute_pipeline(
+    gpu: &Gpu,
+    label: &str,
+    module: &wgpu::ShaderModule,
+    entry_point: Option<&str>,
+    constants: &[(&str, f64)],
+    groups: &[&wgpu::BindGroupLayout],
+) -> wgpu::ComputePipeline {
+    let layout = (!groups.is_empty()).then(|| pipeline_layout(gpu, label, groups));
+    gpu.device()
+        .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(label),
+            layout: layout.as_ref(),
+            module,
+            entry_point,
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants,
+                ..Default::default()
+            },
+            cache: None,
+        })
+}
+
 const fn buffer(ty: BufferBindingType) -> BindingType {
     BindingType::Buffer {
         ty,

@@ -39,7 +39,7 @@ use tetrascope_core::mesh::FACES;
 use tetrascope_core::{Error, OpticalModel, TetMesh};
 use wgpu::{BindingType, BufferUsages, TextureFormat, TextureUsages};
 
-use crate::passes::{READ, group, layout, model_constant, module, pipeline_layout};
+use crate::passes::{READ, compute_pipeline, group, layout, model_constant, module};
 use crate::{Gpu, Interval};
 
 /// How a ray's segment in a cell is integrated.
@@ -415,19 +415,8 @@ impl Table {
             let mut constants = self.axes.constants().to_vec();
             constants.push(model_constant(self.model));
             constants.push(("DEEPEST", self.deepest()));
-            let pipeline = gpu
-                .device()
-                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(label),
-                    layout: Some(&pipeline_layout(gpu, label, &[&layout])),
-                    module: &module(gpu, label, source),
-                    entry_point: Some("cs_fill"),
-                    compilation_options: wgpu::PipelineCompilationOptions {
-                        constants: &constants,
-                        ..Default::default()
-                    },
-                    cache: None,
-                });
+            let program = module(gpu, label, source);
+            let pipeline = compute_pipeline(gpu, label, &program, None, &constants, &[&layout]);
             let resources = [intervals.as_entire_binding(), self.binding()];
             let group = group(gpu, label, &layout, &resources);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {

@@ -12,7 +12,7 @@ use wgpu::BufferUsages;
 
 use crate::Gpu;
 use crate::memory::{Source, read_back};
-use crate::passes::{READ, WRITE, group, layout, module, pipeline_layout};
+use crate::passes::{READ, WRITE, compute_pipeline, group, layout, module};
 
 /// The constant of `sides.wgsl` for a device: whether it has to compare integers.
 ///
@@ -87,19 +87,9 @@ fn probe(
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
     gpu.checked(label, 0, || {
         let layout = layout(gpu, label, wgpu::ShaderStages::COMPUTE, &[READ, WRITE]);
-        let pipeline = gpu
-            .device()
-            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(label),
-                layout: Some(&pipeline_layout(gpu, label, &[&layout])),
-                module: &module(gpu, label, SIDES),
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &[integer_sides(integers)],
-                    ..Default::default()
-                },
-                cache: None,
-            });
+        let program = module(gpu, label, SIDES);
+        let constants = [integer_sides(integers)];
+        let pipeline = compute_pipeline(gpu, label, &program, Some(entry), &constants, &[&layout]);
         let resources = [inputs.as_entire_binding(), answers.as_entire_binding()];
         let group = group(gpu, label, &layout, &resources);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {

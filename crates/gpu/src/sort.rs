@@ -12,6 +12,7 @@ use tetrascope_shaders::sort::{COUNT, SCAN, SCATTER};
 use wgpu::BufferUsages;
 
 use crate::Gpu;
+use crate::passes::{READ, UNIFORM, WRITE, compute_pipeline, layout, module};
 
 /// Pairs that one workgroup moves; `BLOCK` in the shaders.
 const BLOCK: u32 = 4096;
@@ -50,57 +51,12 @@ pub struct SortedPairs {
 impl RadixSort {
     /// Compiles the sort.
     pub fn new(gpu: &Gpu) -> Result<RadixSort, Error> {
-        let storage = |read_only| wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let uniform = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let types = [
-            uniform,
-            storage(true),
-            storage(true),
-            storage(false),
-            storage(false),
-            storage(false),
-        ];
-        let entries: Vec<_> = (0..)
-            .zip(types)
-            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty,
-                count: None,
-            })
-            .collect();
-        let device = gpu.device();
+        let types = [UNIFORM, READ, READ, WRITE, WRITE, WRITE];
         gpu.checked("gpu::sort", 0, || {
-            let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: Some("gpu::sort"),
-                entries: &entries,
-            });
-            let pipelines = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("gpu::sort"),
-                bind_group_layouts: &[Some(&layout)],
-                immediate_size: 0,
-            });
+            let layout = layout(gpu, "gpu::sort", wgpu::ShaderStages::COMPUTE, &types);
             let pipeline = |label, source: &str| {
-                let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some(label),
-                    source: wgpu::ShaderSource::Wgsl(source.into()),
-                });
-                device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(label),
-                    layout: Some(&pipelines),
-                    module: &module,
-                    entry_point: None,
-                    compilation_options: Default::default(),
-                    cache: None,
-                })
+                let program = module(gpu, label, source);
+                compute_pipeline(gpu, label, &program, None, &[], &[&layout])
             };
             RadixSort {
                 count: pipeline("gpu::sort count", COUNT),

@@ -9,7 +9,7 @@ use tetrascope_core::{
 };
 use tetrascope_gpu::look::{look, look_constants};
 use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
-use tetrascope_gpu::passes::model_constant;
+use tetrascope_gpu::passes::{compute_pipeline, model_constant, module};
 use tetrascope_gpu::preintegration::{self, Table, mean_chord};
 use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
@@ -86,26 +86,9 @@ impl Style {
         let mut constants = constants(gpu, mesh, appearance, &intervals, options)?;
         constants.extend(table.constants(segments.scalars));
         let pipeline = gpu.checked("raycast-peel::cast", 0, || {
-            let module = gpu
-                .device()
-                .create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some("raycast-peel::cast"),
-                    source: wgpu::ShaderSource::Wgsl(
-                        tetrascope_shaders::raycast_peel::MARCH.into(),
-                    ),
-                });
-            gpu.device()
-                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some("raycast-peel::cast"),
-                    layout: None,
-                    module: &module,
-                    entry_point: Some("cs_cast"),
-                    compilation_options: wgpu::PipelineCompilationOptions {
-                        constants: &constants,
-                        ..Default::default()
-                    },
-                    cache: None,
-                })
+            let label = "raycast-peel::cast";
+            let program = module(gpu, label, tetrascope_shaders::raycast_peel::MARCH);
+            compute_pipeline(gpu, label, &program, Some("cs_cast"), &constants, &[])
         })?;
         Ok(Style {
             appearance: appearance.clone(),

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use tetrascope_core::Error;
 use tetrascope_gpu::Gpu;
-use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, group, layout, module, pipeline_layout};
+use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, compute_pipeline, group, layout, module};
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
 use tetrascope_shaders::slicing::CULL;
 
@@ -69,17 +69,8 @@ impl CullPass {
         gpu.checked(LABEL, 0, || {
             let layout = layout(gpu, LABEL, ShaderStages::COMPUTE, &types);
             let module = module(gpu, LABEL, CULL);
-            let pipelines = ["cs_count", "cs_scan", "cs_list"].map(|entry_point| {
-                gpu.device()
-                    .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                        label: Some(LABEL),
-                        layout: Some(&pipeline_layout(gpu, LABEL, &[&layout])),
-                        module: &module,
-                        entry_point: Some(entry_point),
-                        compilation_options: Default::default(),
-                        cache: None,
-                    })
-            });
+            let pipelines = ["cs_count", "cs_scan", "cs_list"]
+                .map(|entry| compute_pipeline(gpu, LABEL, &module, Some(entry), &[], &[&layout]));
             CullPass { layout, pipelines }
         })
     }

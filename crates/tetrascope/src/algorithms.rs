@@ -82,6 +82,25 @@ fn choice<T: Copy>(settings: &Settings, name: &str, all: &[(&str, T)]) -> T {
     found.expect("the entry lists what the crate offers").1
 }
 
+/// What entries are tested with: the words that they offer, and those of the crates.
+#[cfg(all(test, feature = "gpu"))]
+mod words {
+    use super::Algorithm;
+    use crate::settings::Values;
+
+    pub(super) fn offered(algorithm: &Algorithm, name: &str) -> Vec<&'static str> {
+        let setting = algorithm.settings.iter().find(|s| s.name == name);
+        match setting.map(|s| &s.values) {
+            Some(Values::Choice(words)) => words.to_vec(),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+
+    pub(super) fn of<T>(all: &[(&'static str, T)]) -> Vec<&'static str> {
+        all.iter().map(|(word, _)| *word).collect()
+    }
+}
+
 /// Every algorithm that was compiled in, the ground truth first.
 pub fn algorithms() -> &'static [Algorithm] {
     ALL

@@ -4,7 +4,7 @@
 use tetrascope_core::{Error, OpticalModel};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::passes::{
-    READ, UNIFORM, WRITE, group, layout, model_constant, module, pipeline_layout,
+    READ, UNIFORM, WRITE, compute_pipeline, group, layout, model_constant, module,
 };
 use tetrascope_gpu::transfer_function::Interval;
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
@@ -196,19 +196,9 @@ impl Pass<'_> {
         gpu.checked(label, 0, || {
             let mut encoder = gpu.device().create_command_encoder(&Default::default());
             let layout = layout(gpu, label, ShaderStages::COMPUTE, &types);
-            let pipeline = gpu
-                .device()
-                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(label),
-                    layout: Some(&pipeline_layout(gpu, label, &[&layout])),
-                    module: &module(gpu, label, self.source),
-                    entry_point: Some(self.entry),
-                    compilation_options: wgpu::PipelineCompilationOptions {
-                        constants: self.constants,
-                        ..Default::default()
-                    },
-                    cache: None,
-                });
+            let program = module(gpu, label, self.source);
+            let (entry, constants) = (Some(self.entry), self.constants);
+            let pipeline = compute_pipeline(gpu, label, &program, entry, constants, &[&layout]);
             let resources: Vec<_> = buffers.iter().map(|b| b.as_entire_binding()).collect();
             let group = group(gpu, label, &layout, &resources);
             {

@@ -2,7 +2,7 @@
 
 use tetrascope_core::Error;
 use tetrascope_gpu::passes::{
-    READ, TEXELS, UNIFORM, WRITE, group, layout, module, pipeline_layout,
+    READ, TEXELS, UNIFORM, WRITE, compute_pipeline, group, layout, module,
 };
 use tetrascope_gpu::sort::SortedPairs;
 use tetrascope_gpu::wgpu::{self, BindingResource, ShaderStages};
@@ -44,16 +44,8 @@ impl OrderPass {
             let volume_layout = layout(gpu, label, stage, &[TEXELS, READ, READ, READ, READ]);
             let pair_layout = layout(gpu, label, stage, &[WRITE, WRITE]);
             let layouts = [&frame_layout, &volume_layout, &pair_layout];
-            let pipeline = gpu
-                .device()
-                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(label),
-                    layout: Some(&pipeline_layout(gpu, label, &layouts)),
-                    module: &module(gpu, label, ORDER),
-                    entry_point: None,
-                    compilation_options: Default::default(),
-                    cache: None,
-                });
+            let program = module(gpu, label, ORDER);
+            let pipeline = compute_pipeline(gpu, label, &program, None, &[], &layouts);
             OrderPass {
                 sort,
                 pipeline,

@@ -2,7 +2,9 @@
 
 use tetrascope_core::Error;
 use tetrascope_gpu::Gpu;
-use tetrascope_gpu::passes::{READ, UNIFORM, group, layout, module, pipeline_layout, write_texels};
+use tetrascope_gpu::passes::{
+    READ, UNIFORM, compute_pipeline, group, layout, module, write_texels,
+};
 use tetrascope_gpu::wgpu::{self, BindingResource, ShaderStages};
 use tetrascope_shaders::projection::TRANSFORM;
 
@@ -35,16 +37,8 @@ impl TransformPass {
             let written = write_texels(TRANSFORMED_FORMAT);
             let mesh_layout = layout(gpu, label, stage, &[READ, READ, written]);
             let layouts = [&frame_layout, &mesh_layout];
-            let pipeline = gpu
-                .device()
-                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(label),
-                    layout: Some(&pipeline_layout(gpu, label, &layouts)),
-                    module: &module(gpu, label, TRANSFORM),
-                    entry_point: None,
-                    compilation_options: Default::default(),
-                    cache: None,
-                });
+            let program = module(gpu, label, TRANSFORM);
+            let pipeline = compute_pipeline(gpu, label, &program, None, &[], &layouts);
             TransformPass {
                 pipeline,
                 frame_layout,

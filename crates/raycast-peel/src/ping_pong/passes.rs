@@ -2,7 +2,9 @@
 
 use tetrascope_core::Error;
 use tetrascope_gpu::Gpu;
-use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, layout, module, pipeline_layout};
+use tetrascope_gpu::passes::{
+    READ, UNIFORM, WRITE, compute_pipeline, layout, module, pipeline_layout,
+};
 use tetrascope_gpu::preintegration::TABLE;
 use tetrascope_gpu::wgpu::{
     self, BindGroup, BindGroupLayout, BindingType, Color, CompareFunction, LoadOp, Operations,
@@ -189,16 +191,9 @@ impl Passes {
                 ..retire
             };
             let tally_pipelines = [&frame_layout, &mesh_layout, &tally_layout];
-            let tally = gpu
-                .device()
-                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some("ping-pong::tally"),
-                    layout: Some(&pipeline_layout(gpu, "ping-pong::tally", &tally_pipelines)),
-                    module: &module(gpu, "ping-pong::tally", TALLY),
-                    entry_point: Some("cs_tally"),
-                    compilation_options: Default::default(),
-                    cache: None,
-                });
+            let label = "ping-pong::tally";
+            let program = module(gpu, label, TALLY);
+            let tally = compute_pipeline(gpu, label, &program, None, &[], &tally_pipelines);
             Passes {
                 entry: entry.pipeline(gpu),
                 inside: (crossings == Crossings::Planes).then(|| inside.pipeline(gpu)),

@@ -6,6 +6,7 @@
 //! origin, and in layers so thin that jitter turns cells inside out.
 
 use tetrascope_core::{Knot, TransferFunction, VolumeRenderer as _};
+use tetrascope_gpu::passes::{compute_pipeline, module};
 use tetrascope_gpu::testing;
 
 use tetrascope_core::Scalars;
@@ -230,21 +231,8 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
         .collect();
 
     let device = gpu.device();
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("aim"),
-        source: wgpu::ShaderSource::Wgsl(tetrascope_shaders::raycast_peel::AIM.into()),
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("aim"),
-        layout: None,
-        module: &module,
-        entry_point: Some("cs_aim"),
-        compilation_options: wgpu::PipelineCompilationOptions {
-            constants: &constants,
-            ..Default::default()
-        },
-        cache: None,
-    });
+    let program = module(gpu, "aim", tetrascope_shaders::raycast_peel::AIM);
+    let pipeline = compute_pipeline(gpu, "aim", &program, Some("cs_aim"), &constants, &[]);
     let group = |index: u32, resources: &[(u32, wgpu::BindingResource)]| {
         let entries: Vec<_> = resources
             .iter()

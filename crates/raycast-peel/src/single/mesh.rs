@@ -5,7 +5,7 @@ use std::sync::Arc;
 use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Error, Scalars, TetMesh};
-use tetrascope_gpu::passes::{TEXELS, group, layout, module, pipeline_layout, write_texels};
+use tetrascope_gpu::passes::{TEXELS, compute_pipeline, group, layout, module, write_texels};
 use tetrascope_gpu::wgpu::{self, ShaderStages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
 use tetrascope_shaders::raycast_peel::SCALARS;
@@ -149,16 +149,8 @@ fn merged(
     gpu.checked(label, 0, || {
         let types = [TEXELS, TEXELS, write_texels(VERTEX)];
         let bindings = layout(gpu, label, ShaderStages::COMPUTE, &types);
-        let pipeline = gpu
-            .device()
-            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(label),
-                layout: Some(&pipeline_layout(gpu, label, &[&bindings])),
-                module: &module(gpu, label, SCALARS),
-                entry_point: None,
-                compilation_options: Default::default(),
-                cache: None,
-            });
+        let program = module(gpu, label, SCALARS);
+        let pipeline = compute_pipeline(gpu, label, &program, None, &[], &[&bindings]);
         let resources = views.each_ref().map(wgpu::BindingResource::TextureView);
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipeline);

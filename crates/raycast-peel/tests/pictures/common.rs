@@ -6,7 +6,8 @@ use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::mesh::{Association, Split};
 use tetrascope_core::{
     Appearance, Camera, CameraFit, ClipPlane, DirectionalLight, Frame, Isosurface, Knot, Lighting,
-    OpticalModel, Ray, Scalars, TetMesh, TransferFunction, View, Volume, VolumeRenderer as _,
+    OpticalModel, Projection, Ray, Scalars, TetMesh, TransferFunction, View, Volume,
+    VolumeRenderer as _,
 };
 use tetrascope_datasets::{Options, find};
 use tetrascope_gpu::Gpu;
@@ -43,6 +44,27 @@ pub(crate) fn view(camera: Camera, side: u32) -> View {
 
 pub(crate) fn fitted(volume: &Volume, from: CameraFit, orthographic: bool, side: u32) -> View {
     view(Camera::fit(&volume.bounds(), from, orthographic, 1.0), side)
+}
+
+/// In the volume, at no vertex of it.
+pub(crate) fn inside(volume: &Volume) -> Camera {
+    let bounds = volume.bounds();
+    Camera {
+        position: bounds.center() + bounds.size() * DVec3::new(0.11, 0.13, 0.07),
+        focal_point: bounds.center(),
+        view_up: DVec3::Z,
+        projection: Projection::Perspective { view_angle: 70.0 },
+    }
+}
+
+/// A parallel view that cuts the volume in the same place.
+pub(crate) fn cutting(volume: &Volume) -> Camera {
+    Camera {
+        projection: Projection::Orthographic {
+            parallel_scale: volume.bounds().diagonal() / 3.0,
+        },
+        ..inside(volume)
+    }
 }
 
 pub(crate) fn renderer(

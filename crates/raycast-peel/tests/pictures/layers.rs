@@ -1,6 +1,5 @@
 //! Peeled layers against lists of boundary faces: the same bits.
 
-use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
     Appearance, Camera, CameraFit, Error, Frame, OpticalModel, Projection, View, Volume,
     VolumeRenderer as _,
@@ -9,26 +8,14 @@ use tetrascope_gpu::{Gpu, testing};
 use tetrascope_raycast_peel::{Entries, Locality, RaycastOptions, RaycastPeel};
 
 use crate::common::{
-    angular_sector, cells, draw, fitted, liquid_oxygen_post, ramp, renderer, scene, split,
-    stacked_plates, super_phoenix, surfaces, tilted, view,
+    angular_sector, cells, cutting, draw, fitted, inside, liquid_oxygen_post, ramp, renderer,
+    scene, split, stacked_plates, super_phoenix, surfaces, tilted, view,
 };
 
 const SIDE: u32 = 32;
 
 fn views(volume: &Volume) -> [(&'static str, View); 5] {
-    let bounds = volume.bounds();
-    let inside = Camera {
-        position: bounds.center() + bounds.size() * DVec3::new(0.11, 0.13, 0.07),
-        focal_point: bounds.center(),
-        view_up: DVec3::Z,
-        projection: Projection::Perspective { view_angle: 70.0 },
-    };
-    let cut = Camera {
-        projection: Projection::Orthographic {
-            parallel_scale: bounds.diagonal() / 3.0,
-        },
-        ..inside
-    };
+    let inside = inside(volume);
     // Rays that begin beside the view's middle pass the mesh hundreds of units from their anchors.
     let wide = Camera {
         projection: Projection::Perspective { view_angle: 179.9 },
@@ -41,7 +28,7 @@ fn views(volume: &Volume) -> [(&'static str, View); 5] {
         ("outside", outside),
         ("along the lattice", along),
         ("inside", view(inside, SIDE)),
-        ("orthographic, inside", view(cut, SIDE)),
+        ("orthographic, inside", view(cutting(volume), SIDE)),
         ("wide", view(wide, SIDE)),
     ]
 }

@@ -3,13 +3,15 @@
 use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::mesh::{Association, FACES};
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, ClipPlane, DepthCue, Error, Frame, Knot, OpticalModel,
-    Projection, Scalars, TransferFunction, View, Volume, VolumeRenderer as _,
+    Appearance, CameraFit, ClipPlane, DepthCue, Error, Frame, Knot, OpticalModel, Projection,
+    Scalars, TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::{Gpu, testing};
 use tetrascope_raycast_peel::{Crossings, Passes, RaycastOptions, RaycastPeel};
 
-use crate::common::{self, Difference, draw, exactly, fitted, plates, scene, truth, view};
+use crate::common::{
+    self, Difference, cutting, draw, exactly, fitted, inside, plates, scene, truth, view,
+};
 
 const SIDE: u32 = 40;
 
@@ -88,19 +90,7 @@ fn distance_to_edge(volume: &Volume, view: &View, pixel: usize) -> f64 {
 }
 
 fn views(volume: &Volume) -> Vec<(&'static str, View)> {
-    let bounds = volume.bounds();
-    let inside = Camera {
-        position: bounds.center() + bounds.size() * DVec3::new(0.11, 0.13, 0.07),
-        focal_point: bounds.center(),
-        view_up: DVec3::Z,
-        projection: Projection::Perspective { view_angle: 70.0 },
-    };
-    let cut = Camera {
-        projection: Projection::Orthographic {
-            parallel_scale: bounds.diagonal() / 3.0,
-        },
-        ..inside
-    };
+    let inside = inside(volume);
     vec![
         (
             "perspective",
@@ -111,7 +101,7 @@ fn views(volume: &Volume) -> Vec<(&'static str, View)> {
             fitted(volume, CameraFit::MinusIso, true, SIDE),
         ),
         ("inside", view(inside, SIDE)),
-        ("orthographic, inside", view(cut, SIDE)),
+        ("orthographic, inside", view(cutting(volume), SIDE)),
     ]
 }
 

@@ -197,24 +197,16 @@ fn options(settings: &Settings) -> ProjectionOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::algorithms::words;
 
     #[test]
     fn the_settings_are_those_of_the_crate_with_its_defaults() {
-        fn words<T>(all: &[(&'static str, T)]) -> Vec<&'static str> {
-            all.iter().map(|(word, _)| *word).collect()
-        }
-        let offered = |name: &str| match ALGORITHM.settings.iter().find(|s| s.name == name) {
-            Some(Setting {
-                values: Values::Choice(words),
-                ..
-            }) => words.to_vec(),
-            other => panic!("{name}: {other:?}"),
-        };
-        assert_eq!(offered("order"), words(&Order::ALL));
-        assert_eq!(offered("sort"), words(&Sort::ALL));
-        assert_eq!(offered("integration"), words(&Integration::ALL));
-        assert_eq!(offered("exit"), words(&ExitSearch::ALL));
-        assert_eq!(offered("layout"), words(&CellLayout::ALL));
+        let offered = |name| words::offered(&ALGORITHM, name);
+        assert_eq!(offered("order"), words::of(&Order::ALL));
+        assert_eq!(offered("sort"), words::of(&Sort::ALL));
+        assert_eq!(offered("integration"), words::of(&Integration::ALL));
+        assert_eq!(offered("exit"), words::of(&ExitSearch::ALL));
+        assert_eq!(offered("layout"), words::of(&CellLayout::ALL));
         let defaults = Settings::defaults(&ALGORITHM);
         assert_eq!(options(&defaults), ProjectionOptions::default());
     }

@@ -189,29 +189,21 @@ fn level(settings: &Settings, name: &str) -> Level {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::algorithms::words;
 
     #[test]
     fn the_settings_are_those_of_the_crate_with_its_defaults() {
-        fn words<T>(all: &[(&'static str, T)]) -> Vec<&'static str> {
-            all.iter().map(|(word, _)| *word).collect()
-        }
-        let offered = |name: &str| match ALGORITHM.settings.iter().find(|s| s.name == name) {
-            Some(Setting {
-                values: Values::Choice(words),
-                ..
-            }) => words.to_vec(),
-            other => panic!("{name}: {other:?}"),
-        };
-        assert_eq!(offered("integration"), words(&Integration::ALL));
-        assert_eq!(offered("filtering"), words(&Filtering::ALL));
-        assert_eq!(offered("step-length"), words(&StepLength::ALL));
-        assert_eq!(offered("slab-ends"), words(&SlabEnds::ALL));
-        assert_eq!(offered("plane-test"), words(&PlaneTest::ALL));
-        assert_eq!(offered("crossing"), words(&Crossing::ALL));
-        assert_eq!(offered("gradient"), words(&Gradient::ALL));
-        assert_eq!(offered("storage"), words(&Storage::ALL));
-        assert_eq!(offered("slicer"), words(&Slicer::ALL));
-        assert_eq!(offered("traversal"), words(&Traversal::ALL));
+        let offered = |name| words::offered(&ALGORITHM, name);
+        assert_eq!(offered("integration"), words::of(&Integration::ALL));
+        assert_eq!(offered("filtering"), words::of(&Filtering::ALL));
+        assert_eq!(offered("step-length"), words::of(&StepLength::ALL));
+        assert_eq!(offered("slab-ends"), words::of(&SlabEnds::ALL));
+        assert_eq!(offered("plane-test"), words::of(&PlaneTest::ALL));
+        assert_eq!(offered("crossing"), words::of(&Crossing::ALL));
+        assert_eq!(offered("gradient"), words::of(&Gradient::ALL));
+        assert_eq!(offered("storage"), words::of(&Storage::ALL));
+        assert_eq!(offered("slicer"), words::of(&Slicer::ALL));
+        assert_eq!(offered("traversal"), words::of(&Traversal::ALL));
         let defaults = Settings::defaults(&ALGORITHM);
         assert_eq!(options(&defaults), SlicingOptions::default());
         for name in ["level", "brick-level"] {
