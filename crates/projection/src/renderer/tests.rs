@@ -37,7 +37,7 @@ fn pieces_too_deep_for_one_step_are_drawn_in_parts() {
     };
     let sphere = tetrascope_datasets::find("sphere").expect("a data set");
     let options = tetrascope_datasets::Options {
-        cells: Some(3000),
+        cells: Some(12_000),
         seed: None,
     };
     let volume = Volume::Mesh(sphere.mesh(&options).expect("a mesh"));
@@ -53,14 +53,22 @@ fn pieces_too_deep_for_one_step_are_drawn_in_parts() {
         height: 64,
         background: [0.2, 0.3, 0.1, 0.6],
     };
-    // Dense in the middle, up to so many depths across the box.
-    for (densest, in_parts) in [(5.0, true), (20.0, true), (400.0, false), (1e6, false)] {
+    // Up to so many depths across the box, where scalars are greater than a share of the range.
+    let dense = [
+        (5.0, 0.93, true),
+        (100.0, 0.93, true),
+        (400.0, 0.93, true),
+        (5000.0, 0.93, false),
+        // Few cells, but of more parts than are counted.
+        (1e6, 0.9999, false),
+    ];
+    for (densest, from, in_parts) in dense {
         let knot = |share: f64, extinction: f64| Knot {
             scalar: range.0 + share * (range.1 - range.0),
             color: DVec3::new(share, 0.8, 1.0 - share),
-            extinction: extinction * densest / bounds.diagonal(),
+            extinction: extinction / bounds.diagonal(),
         };
-        let knots = vec![knot(0.0, 0.01), knot(0.5, 0.02), knot(1.0, 1.0)];
+        let knots = vec![knot(0.0, 0.1), knot(from, 0.2), knot(1.0, densest)];
         let function = TransferFunction::new(knots).expect("sorted");
         for model in [OpticalModel::EmissionAbsorption, OpticalModel::Emission] {
             let appearance = Appearance::new(function.clone(), model);
