@@ -42,7 +42,8 @@ pub fn limit(
 }
 
 /// Pixels that may differ by anything where what is seen jumps: at the outline of a
-/// surface, and in `MaximumIntensity` at that of the mesh.
+/// surface, and in `MaximumIntensity` at that of the mesh or, where each has a scalar of its
+/// own, of a cell.
 ///
 /// f32 moves a ray by up to 1e-4 pixels (2⁻²³ of the box, 256 pixels wide: 3e-5, thrice),
 /// so that it decides otherwise for that share of the pixels on outlines. Of n² pixels
