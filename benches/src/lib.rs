@@ -12,7 +12,8 @@ pub fn gpu<'a>(context: &'a Context, bench: &str) -> Option<&'a Gpu> {
     context.gpu().inspect_err(skipped).ok()
 }
 
-/// A file in the folder that `TETRASCOPE_DATA` names; without it, says that it is skipped.
+/// A file in the folder that `TETRASCOPE_DATA` names, or `shared/data` beside the repository;
+/// without it, says that it is skipped.
 pub fn data(name: &str) -> Option<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
     let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(beside, PathBuf::from);

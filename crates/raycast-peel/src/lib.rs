@@ -85,7 +85,7 @@
 //!   depth test already rejects, block by block, what the tiles spare. Medians of fifteen on a
 //!   quiet machine: 1.71 s of wall time with one tile and 1.64 s with 4x4 by sides, 1.70 and
 //!   1.61 s by planes.
-//! - Rays: of 103 809 024 that are aimed at vertices, at edges and along axes, on the meshes of
+//! - Rays: of 103 809 024 that are aimed at vertices, at edges and along faces, on the meshes of
 //!   `single::aimed`, none was lost and none crossed the boundary an odd number of times.
 //! - Entry: lists of boundary faces by tile beat peeled layers ([`Entries`]) and a hierarchy of
 //!   boxes ([`tiles`]).

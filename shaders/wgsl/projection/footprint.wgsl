@@ -1,4 +1,4 @@
-// Footprint: a quadrilateral around each cell, a little larger than its silhouette.
+// Footprint: a triangle or quadrilateral around each cell, a little larger than its silhouette.
 //
 // The rasterizer only proposes pixels: it rounds vertices to a grid of its own, so
 // which pixels are the cell's is decided in each of them (chord.wgsl).
@@ -235,8 +235,9 @@ fn in_few_triangles(h: Ring) -> Ring {
 
 // A share of the area: the fragments around a cell cost, too.
 const MOST_ADDED: f32 = 0.2;
-// A tip farther out would be too sharp to be moved outward. Rounding moves it across a side
-// by a few 2⁻²⁴ of the triangle's size, below `LARGEST` far less than `MARGIN`.
+// Keeps tips near: a far one is sharp, and one that is too sharp (`SHARPEST`) makes the
+// footprint a box. A choice; the picture does not depend on it. Rounding moves a tip across a
+// side by a few 2⁻²⁴ of the triangle's size, below `LARGEST` far less than `MARGIN`.
 const LONGEST: f32 = 4.0;
 
 // A corner of the convex hull of q, its sides moved outward by `margin` pixels. Where
