@@ -7,7 +7,7 @@
 use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, ExitStatus};
+use std::process::{Command, ExitCode, ExitStatus, Stdio};
 
 const HELP: &str = "\
 The harness of Tetrascope.
@@ -29,8 +29,16 @@ Usage: cargo xtask test [ARGUMENT]...
 Arguments go to `cargo test --workspace`, for example `cargo xtask test -- --nocapture`
 or `cargo xtask test --test snapshots`. The exit status is that of cargo.
 
+Then, unless arguments choose what to test, the GPU crates' tests run again on a second
+Vulkan driver, SwiftShader; with CI set, those of their pictures alone.
+`VK_DRIVER_FILES` set means that you chose a driver: then it is the only one.
+
 Without an adapter, tests that need one say that they are skipped; with the
-environment variable CI set, a missing adapter is a failure.";
+environment variable CI set, a missing adapter or second driver is a failure.";
+
+/// The GPU crates' own tests of pictures, by target: `gpu`'s, `projection`'s and
+/// `raycast-peel`'s, `slicing`'s.
+const GPU_TESTS: [&str; 3] = ["integral", "pictures", "truth"];
 
 fn main() -> ExitCode {
     let mut arguments = env::args_os().skip(1);
@@ -55,11 +63,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Builds the tests, sets an adapter up, runs the tests.
+/// Builds the tests, sets an adapter up, runs the tests, and those of the GPU crates on
+/// a second driver.
 fn test(rest: &[OsString]) -> ExitCode {
     // What comes before `--` chooses what to build, what comes after is for the tests.
     let chosen = rest.split(|a| a == "--").next().unwrap_or_default();
-    say("1/3 building the tests");
+    say("1/4 building the tests");
     let mut build = cargo("test");
     build.args(["--workspace", "--no-run"]).args(chosen);
     let status = run(build);
@@ -67,19 +76,8 @@ fn test(rest: &[OsString]) -> ExitCode {
         return code(status);
     }
 
-    say("2/3 looking for a graphics adapter");
-    let mut setup = cargo("run");
-    setup.args(["--quiet", "--package", "xtask", "--bin", "xtask"]);
-    setup.args(["--", "setup"]);
-    // Tests of several crates were built together, so their `xtask` may be at hand.
-    let built = env::current_exe().map(|front| front.with_file_name(exe("xtask")));
-    if let Ok(built) = built
-        && built.is_file()
-    {
-        setup = child(&built);
-        setup.arg("setup");
-    }
-    let found = run(setup);
+    say("2/4 looking for a graphics adapter");
+    let found = run(harness(&["setup"]));
     if !found.success() && env::var_os("CI").is_some() {
         say("CI is set, so a missing graphics adapter is a failure");
         return code(found);
@@ -88,10 +86,65 @@ fn test(rest: &[OsString]) -> ExitCode {
         say("no graphics adapter: tests that need one will say that they are skipped");
     }
 
-    say("3/3 running the tests");
+    say("3/4 running the tests");
     let mut tests = cargo("test");
     tests.arg("--workspace").args(rest);
+    let status = run(tests);
+    if !status.success() || !rest.is_empty() || !found.success() {
+        return code(status);
+    }
+    test_on_second_driver()
+}
+
+/// Runs the GPU crates' tests on a second Vulkan driver, where there is one: what passes on
+/// one driver may still rely on what Vulkan leaves open.
+fn test_on_second_driver() -> ExitCode {
+    say("4/4 running the GPU crates' tests on a second driver");
+    if env::var_os("VK_DRIVER_FILES").is_some() {
+        say("VK_DRIVER_FILES is set, so that driver is the only one");
+        return ExitCode::SUCCESS;
+    }
+    let is_ci = env::var_os("CI").is_some();
+    let found = match harness(&["setup", "--second-driver"])
+        .stderr(Stdio::inherit())
+        .output()
+    {
+        Ok(output) if output.status.success() => output.stdout,
+        _ if is_ci => {
+            say("CI is set, so a missing second driver is a failure");
+            return ExitCode::FAILURE;
+        }
+        _ => {
+            say("no second driver: the tests ran on one");
+            return ExitCode::SUCCESS;
+        }
+    };
+    let driver = String::from_utf8_lossy(&found).trim().to_owned();
+    say(&format!("VK_DRIVER_FILES={driver}"));
+    // Of the whole workspace, as they were built: other packages would mean other features.
+    let mut tests = cargo("test");
+    tests.arg("--workspace").env("VK_DRIVER_FILES", driver);
+    tests.args(GPU_TESTS.iter().flat_map(|name| ["--test", name]));
+    if !is_ci {
+        tests.arg("--lib");
+    }
     code(run(tests))
+}
+
+/// A command of the `xtask` binary.
+fn harness(arguments: &[&str]) -> Command {
+    let built = env::current_exe().map(|front| front.with_file_name(exe("xtask")));
+    let mut command = match built {
+        // Tests of several crates were built together, so it may be at hand.
+        Ok(built) if built.is_file() => child(&built),
+        _ => {
+            let mut command = cargo("run");
+            command.args(["--quiet", "--package", "xtask", "--bin", "xtask", "--"]);
+            command
+        }
+    };
+    command.args(arguments);
+    command
 }
 
 /// `cargo COMMAND` on this workspace, from wherever it was started.

@@ -21,7 +21,11 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Task {
     /// Look for a graphics adapter; install a software one if there is none
-    Setup,
+    Setup {
+        /// Find or install a second Vulkan driver (SwiftShader) for the tests; print its file
+        #[arg(long)]
+        second_driver: bool,
+    },
     /// Draw scenes with every algorithm: error against time
     Compare(compare::Options),
     /// Accept the pictures of the last snapshot test
@@ -33,7 +37,19 @@ const MISSED: u8 = 5;
 
 fn main() -> ExitCode {
     match Arguments::parse().command {
-        Task::Setup => finish(setup::setup().map(|adapter| {
+        Task::Setup {
+            second_driver: true,
+        } => match setup::second_driver() {
+            Ok(file) => {
+                println!("{}", file.display());
+                ExitCode::SUCCESS
+            }
+            Err(reason) => {
+                eprintln!("{reason}");
+                ExitCode::from(4)
+            }
+        },
+        Task::Setup { .. } => finish(setup::setup().map(|adapter| {
             println!("{adapter}");
             ExitCode::SUCCESS
         })),

@@ -1,6 +1,7 @@
 //! Gets a machine ready to draw: a graphics adapter, or a software one.
 
 use std::env;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use tetrascope::Context;
@@ -8,6 +9,16 @@ use tetrascope::core::Error;
 
 /// Debian's packages of Mesa's software renderer and of the Vulkan loader.
 const PACKAGES: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
+
+/// Debian's package that brings SwiftShader, a second software Vulkan driver.
+const SECOND_PACKAGE: &str = "chromium";
+
+/// Where distributions put the description of that driver.
+const SECOND_DRIVER: [&str; 3] = [
+    "/usr/lib/chromium/vk_swiftshader_icd.json",
+    "/usr/lib/chromium-browser/vk_swiftshader_icd.json",
+    "/usr/lib64/chromium-browser/vk_swiftshader_icd.json",
+];
 
 /// Makes sure that there is a graphics adapter, and gives it in words.
 ///
@@ -30,18 +41,54 @@ pub fn setup() -> Result<String, Error> {
         "no graphics adapter: installing {}, Mesa's software adapter",
         PACKAGES.join(" and ")
     );
-    let update = apt(&prefix, &["update", "--quiet"]);
-    // Lists may be fresh enough even if an update fails; the installation decides.
-    if !update {
-        eprintln!("`apt-get update` failed; going on with the lists that are here");
-    }
-    let mut install = vec!["install", "--yes", "--quiet", "--no-install-recommends"];
-    install.extend(PACKAGES);
-    if !apt(&prefix, &install) {
+    if !install(&prefix, &PACKAGES) {
         return Err(with_command(missing, "apt-get install"));
     }
-    eprintln!("installed {}", PACKAGES.join(" and "));
     probe()
+}
+
+/// The description of SwiftShader for the Vulkan loader's `VK_DRIVER_FILES`; installs
+/// the driver under the conditions of [`setup`].
+///
+/// # Errors
+/// Why there is no second driver, in words.
+pub fn second_driver() -> Result<PathBuf, String> {
+    let find = || {
+        SECOND_DRIVER
+            .map(Path::new)
+            .into_iter()
+            .find(|path| path.is_file())
+    };
+    if let Some(found) = find() {
+        return Ok(found.to_owned());
+    }
+    let by_hand = format!("to test on SwiftShader too, install the package `{SECOND_PACKAGE}`");
+    if !is_debian() {
+        return Err(by_hand);
+    }
+    let prefix = root_prefix().ok_or(by_hand.as_str())?;
+    eprintln!("no second Vulkan driver: installing {SECOND_PACKAGE}, which brings SwiftShader");
+    if !install(&prefix, &[SECOND_PACKAGE]) {
+        return Err(by_hand);
+    }
+    find()
+        .map(Path::to_owned)
+        .ok_or_else(|| format!("the package `{SECOND_PACKAGE}` brought no SwiftShader"))
+}
+
+/// Installs Debian packages and says so; whether that worked.
+fn install(prefix: &[&str], packages: &[&str]) -> bool {
+    // Lists may be fresh enough even if an update fails; the installation decides.
+    if !apt(prefix, &["update", "--quiet"]) {
+        eprintln!("`apt-get update` failed; going on with the lists that are here");
+    }
+    let mut arguments = vec!["install", "--yes", "--quiet", "--no-install-recommends"];
+    arguments.extend(packages);
+    let installed = apt(prefix, &arguments);
+    if installed {
+        eprintln!("installed {}", packages.join(" and "));
+    }
+    installed
 }
 
 /// A device in words, made for the purpose: an adapter that gives none is no use.
