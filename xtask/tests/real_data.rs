@@ -88,7 +88,8 @@ fn the_blunt_fin_from_plot3d() {
     compare("the Blunt Fin", &scene(path, Some("density")), 3e-4);
 }
 
-// The same mesh was cut into 187 395 tetrahedra by other means; where diagonals differ
+// The same mesh was cut into 187 395 tetrahedra, 77 of them without volume, by other means;
+// where diagonals differ
 // the field between the points does, so only counts and ranges are compared.
 #[test]
 fn the_blunt_fin_has_the_field_of_its_other_file() {
@@ -104,7 +105,7 @@ fn the_blunt_fin_has_the_field_of_its_other_file() {
             .volume
     };
     let (a, b) = (load(plot3d), load(vtu));
-    assert_eq!(b.cell_count(), 187_395);
+    assert_eq!(b.cell_count(), 187_395 - 77);
     assert_eq!(a.bounds(), b.bounds());
     assert_eq!(a.scalar_range(), b.scalar_range());
 }

@@ -5,6 +5,7 @@ mod boundary;
 mod cell_type;
 mod five;
 mod orientation;
+mod places;
 mod report;
 mod sort;
 mod split;
@@ -24,6 +25,7 @@ pub use split::Split;
 
 use adjacency::Adjacency;
 use orientation::{LARGEST_COORDINATE, orientation};
+use places::Places;
 use split::Pieces;
 
 /// Cells in VTK's layout: cell i has the type `types[i]` and the points
@@ -66,8 +68,9 @@ pub struct Scalars {
 ///
 /// # Memory
 /// 24 bytes a point and 16 a tetrahedron; 4 more a tetrahedron where cells were
-/// split. The adjacency, once asked for, keeps 16 bytes a tetrahedron and 8 a
-/// boundary face, and needs 80 bytes a tetrahedron while it is made.
+/// split, and 16 more where points coincide. The adjacency, once asked for, keeps 16
+/// bytes a tetrahedron and 8 a boundary face, and needs 80 bytes a tetrahedron while it
+/// is made.
 #[derive(Clone, Debug)]
 pub struct TetMesh {
     geometry: Arc<Geometry>,
@@ -78,6 +81,8 @@ pub struct TetMesh {
 struct Geometry {
     points: Vec<DVec3>,
     tetrahedra: Vec<[u32; 4]>,
+    /// The same by places; empty where no two points coincide.
+    places: Vec<[u32; 4]>,
     /// The input cell of each tetrahedron; empty when each is its own.
     sources: Vec<u32>,
     input_cell_count: usize,
@@ -92,6 +97,7 @@ struct Geometry {
 struct Field {
     scalars: Scalars,
     range: OnceLock<Option<(f64, f64)>>,
+    continuous: OnceLock<bool>,
 }
 
 impl TetMesh {
@@ -100,8 +106,9 @@ impl TetMesh {
     ///
     /// Taken are VTK's linear volume cells; curved ones (quadratic, Lagrange, Bézier)
     /// by their corners. Points, curves and surfaces are skipped. Orientation is
-    /// fixed where it is wrong, and of equal tetrahedra the first is kept. What was
-    /// found is in [`TetMesh::report`].
+    /// fixed where it is wrong, tetrahedra with two corners at one place are left out,
+    /// and of tetrahedra with the same four corners the first is kept; points that
+    /// coincide count as the same in this. What was found is in [`TetMesh::report`].
     ///
     /// # Errors
     /// With the cell's number: offsets that decrease or run out of the connectivity, a
@@ -155,12 +162,12 @@ impl TetMesh {
                 ),
             });
         }
-        let pieces = split::split_cells(&points, cells, split)?;
-        TetMesh::from_pieces(points, pieces, cells.types.len(), report, scalars)
+        let places = Places::new(&points, &split::used_corners(points.len(), cells));
+        let pieces = split::split_cells(&points, cells, &places, split)?;
+        TetMesh::from_pieces(points, &places, pieces, cells.types.len(), report, scalars)
     }
 
-    /// A mesh of tetrahedra; orientation is fixed where it is wrong, and tetrahedra that
-    /// name a point twice or repeat an earlier one are left out. May be empty.
+    /// A mesh of tetrahedra, treated as in [`TetMesh::new`]. May be empty.
     ///
     /// # Errors
     /// A cell that names a point that does not exist or is not finite, more points or
@@ -176,17 +183,19 @@ impl TetMesh {
                 check_point(&points, cell, u64::from(point))?;
             }
         }
+        let places = Places::new(&points, &used_points(points.len(), &tetrahedra));
         let mut pieces = Pieces::default();
         for (cell, &corners) in tetrahedra.iter().enumerate() {
-            pieces.add(&points, cell, &cell_type::TETRAHEDRON, &[corners]);
+            pieces.add(&points, &places, cell, &cell_type::TETRAHEDRON, &[corners]);
         }
         let mut report = MeshReport::default();
         report.cells_by_type.insert(10, tetrahedra.len());
-        TetMesh::from_pieces(points, pieces, tetrahedra.len(), report, scalars)
+        TetMesh::from_pieces(points, &places, pieces, tetrahedra.len(), report, scalars)
     }
 
     fn from_pieces(
         points: Vec<DVec3>,
+        places: &Places,
         mut pieces: Pieces,
         input_cell_count: usize,
         mut report: MeshReport,
@@ -194,7 +203,7 @@ impl TetMesh {
     ) -> Result<TetMesh, Error> {
         // One cell becomes up to 16 tetrahedra.
         check_counts(points.len(), pieces.tetrahedra.len())?;
-        report.duplicates = pieces.remove_duplicates(points.len());
+        report.duplicates = pieces.remove_duplicates(places, points.len());
         let Pieces {
             tetrahedra,
             mut sources,
@@ -217,10 +226,20 @@ impl TetMesh {
         {
             sources = Vec::new();
         }
+        let places = places.of_cells(&tetrahedra);
+        report.coincident_points = match places.is_empty() {
+            true => 0,
+            false => {
+                let places = used_points(points.len(), &places);
+                let is_other = |(used, place): &(&bool, &bool)| **used && !**place;
+                used.iter().zip(&places).filter(is_other).count()
+            }
+        };
         let geometry = Geometry {
             bounds: used_bounds(&points, &tetrahedra),
             points,
             tetrahedra,
+            places,
             sources,
             input_cell_count,
             report,
@@ -247,6 +266,7 @@ impl TetMesh {
             field: Arc::new(Field {
                 scalars,
                 range: OnceLock::new(),
+                continuous: OnceLock::new(),
             }),
         })
     }
@@ -274,6 +294,37 @@ impl TetMesh {
     /// of a cell that is flat but for rounding, f64 may compute the opposite sign.
     pub fn tetrahedra(&self) -> &[[u32; 4]] {
         &self.geometry.tetrahedra
+    }
+
+    /// The cells by the places of their points, in the order of [`TetMesh::tetrahedra`]:
+    /// in place of each point the least of the points with the same position, −0 being 0,
+    /// that cells use. The very slice of [`TetMesh::tetrahedra`] where no two coincide.
+    ///
+    /// This is what neighbors and boundary are made from, and the four of a cell always
+    /// differ. Values are still each point's own.
+    pub fn places(&self) -> &[[u32; 4]] {
+        match self.geometry.places.is_empty() {
+            true => &self.geometry.tetrahedra,
+            false => &self.geometry.places,
+        }
+    }
+
+    /// Whether the field has one value at each place: always for cell data, and for point
+    /// data unless points that coincide have different values; NaN equals NaN. Found on
+    /// first use and kept.
+    pub fn is_continuous(&self) -> bool {
+        let scalars = &self.field.scalars;
+        if scalars.association == Association::Cell || self.geometry.places.is_empty() {
+            return true;
+        }
+        *self.field.continuous.get_or_init(|| {
+            let value = |point: u32| scalars.values[point as usize];
+            let equal = |a: f64, b: f64| a == b || (a.is_nan() && b.is_nan());
+            let cells = self.tetrahedra().iter().zip(self.places());
+            cells
+                .flat_map(|(points, places)| points.iter().zip(places))
+                .all(|(&point, &place)| equal(value(point), value(place)))
+        })
     }
 
     /// How many tetrahedra there are.
@@ -333,7 +384,8 @@ impl TetMesh {
     /// The neighbor of each cell across the face opposite its vertex 0…3;
     /// [`NO_NEIGHBOR`] at the boundary. Found on first use and kept.
     ///
-    /// A face that three or more cells share is the boundary of each.
+    /// Cells share a face if its corners are the same or coincide ([`TetMesh::places`]). A
+    /// face that three or more cells share is the boundary of each.
     pub fn neighbors(&self) -> &[[u32; 4]] {
         &self.adjacency().neighbors
     }
@@ -358,6 +410,7 @@ impl TetMesh {
         };
         MeshReport {
             crowded_faces: self.crowded_face_count(),
+            joined_faces: self.adjacency().joined_faces,
             non_finite_scalars,
             ..self.geometry.report.clone()
         }
@@ -396,9 +449,9 @@ impl TetMesh {
 
     fn adjacency(&self) -> &Adjacency {
         let geometry = &*self.geometry;
-        geometry
-            .adjacency
-            .get_or_init(|| Adjacency::new(&geometry.tetrahedra, geometry.points.len()))
+        geometry.adjacency.get_or_init(|| {
+            Adjacency::new(self.places(), &geometry.tetrahedra, geometry.points.len())
+        })
     }
 }
 

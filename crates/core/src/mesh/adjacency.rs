@@ -14,15 +14,26 @@ pub(super) struct Adjacency {
     pub(super) boundary: Vec<(u32, u8)>,
     /// Faces of three or more cells.
     pub(super) crowded_faces: usize,
+    /// Faces of two cells that name different points there.
+    pub(super) joined_faces: usize,
 }
 
-/// A face by its points in ascending order, then its cell and opposite vertex.
+/// A face by its places in ascending order, then its cell and opposite vertex.
 type FaceKey = ([u32; 3], u32, u8);
 
 impl Adjacency {
-    /// Pairs equal faces. O(n): see [`sort_by_point`].
-    pub(super) fn new(tetrahedra: &[[u32; 4]], point_count: usize) -> Adjacency {
-        let faces = tetrahedra.iter().zip(0_u32..).flat_map(|(cell, index)| {
+    /// Pairs faces between the same places. O(n): see [`sort_by_point`].
+    ///
+    /// `places` are the cells by places and `tetrahedra` the same by points.
+    pub(super) fn new(
+        places: &[[u32; 4]],
+        tetrahedra: &[[u32; 4]],
+        point_count: usize,
+    ) -> Adjacency {
+        let by_points = |cell: u32, opposite: u8| {
+            ascending(FACES[usize::from(opposite)].map(|corner| tetrahedra[cell as usize][corner]))
+        };
+        let faces = places.iter().zip(0_u32..).flat_map(|(cell, index)| {
             FACES.iter().zip(0_u8..).map(move |(face, opposite)| {
                 (ascending(face.map(|corner| cell[corner])), index, opposite)
             })
@@ -30,13 +41,16 @@ impl Adjacency {
         let faces: Vec<FaceKey> = sort_by_point(faces, point_count, |(face, ..)| face[0]);
 
         let mut neighbors = vec![[NO_NEIGHBOR; 4]; tetrahedra.len()];
-        let mut crowded_faces = 0;
+        let (mut crowded_faces, mut joined_faces) = (0, 0);
         for same in faces.chunk_by(|a, b| a.0 == b.0) {
             match *same {
                 [_] => {}
                 [(_, a, a_opposite), (_, b, b_opposite)] => {
                     neighbors[a as usize][usize::from(a_opposite)] = b;
                     neighbors[b as usize][usize::from(b_opposite)] = a;
+                    // Where no points coincide, both are the same slice.
+                    let differ = || by_points(a, a_opposite) != by_points(b, b_opposite);
+                    joined_faces += usize::from(!std::ptr::eq(places, tetrahedra) && differ());
                 }
                 // No pairing is better than another: all of them are boundary.
                 _ => crowded_faces += 1,
@@ -56,6 +70,7 @@ impl Adjacency {
             neighbors,
             boundary,
             crowded_faces,
+            joined_faces,
         }
     }
 }

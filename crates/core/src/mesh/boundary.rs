@@ -13,11 +13,11 @@ use super::{TetMesh, used_bounds};
 pub struct BoundaryStatistics {
     /// Triangles.
     pub faces: usize,
-    /// Different pairs of points that are a triangle's side.
+    /// Different pairs of places that are a triangle's side.
     pub edges: usize,
-    /// Different points.
+    /// Different places of points.
     pub vertices: usize,
-    /// Parts that hang together by edges: blocks without common points, and hollows.
+    /// Parts that hang together by edges: blocks that do not touch, and hollows.
     pub components: usize,
     /// Vertices − edges + faces: 2 a sphere, 0 a torus, 4 two spheres.
     pub euler_characteristic: i64,
@@ -32,7 +32,7 @@ pub struct BoundaryStatistics {
     pub convex: bool,
 }
 
-/// A side of a triangle by its points in ascending order, and the triangle.
+/// A side of a triangle by its places in ascending order, and the triangle.
 type EdgeKey = ([u32; 2], u32);
 
 pub(super) fn boundary_statistics(mesh: &TetMesh) -> BoundaryStatistics {
@@ -40,7 +40,7 @@ pub(super) fn boundary_statistics(mesh: &TetMesh) -> BoundaryStatistics {
         .boundary_faces()
         .iter()
         .map(|&(cell, opposite)| {
-            FACES[usize::from(opposite)].map(|corner| mesh.tetrahedra()[cell as usize][corner])
+            FACES[usize::from(opposite)].map(|corner| mesh.places()[cell as usize][corner])
         })
         .collect();
     let sides = triangles

@@ -10,8 +10,9 @@ use glam::DVec3;
 use super::Cells;
 use super::cell_type::{Kind, PYRAMID, Shape, VOXEL, WEDGE};
 use super::orientation::orientation;
+use super::places::Places;
 use super::sort::sort_by_point;
-use super::split::{Ranks, cone, corners, is_hexahedron};
+use super::split::{cone, corners, is_hexahedron, smallest};
 use crate::Error;
 
 /// The pieces when the middle one stands on corners 0, 2, 5, 7, or on 1, 3, 4, 6.
@@ -38,47 +39,57 @@ const COLOR_OF_CORNER: [bool; 8] = [false, true, false, true, true, false, true,
 /// A voxel's corner 2 is a hexahedron's 3, and so on.
 const HEXAHEDRON_FROM_VOXEL: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
 
-/// A quadrilateral by its points in ascending order, the hexahedron it belongs to, and
-/// the color of its least point there.
+/// A quadrilateral by its points or places in ascending order, the hexahedron it belongs
+/// to, and the color of the least of them there.
 type Quad = ([u32; 4], u32, bool);
 
 /// The choice for every hexahedron, and the diagonals that follow.
 pub(super) struct FiveSplit {
     /// By cell; `true` takes the second of `FIVE`. Meaningless for other cells.
     colors: Vec<bool>,
-    /// Faces of hexahedra, ascending.
+    /// Faces of hexahedra by places, ascending.
     quads: Vec<Quad>,
 }
 
 impl FiveSplit {
     /// Colors checked cells.
-    pub(super) fn new(points: &[DVec3], cells: &Cells) -> Result<FiveSplit, Error> {
+    pub(super) fn new(
+        points: &[DVec3],
+        cells: &Cells,
+        places: &Places,
+    ) -> Result<FiveSplit, Error> {
         let hexahedra = cells.types.iter().zip(0_u32..).filter_map(|(&t, cell)| {
             let shape = Kind::of(t).shape().filter(|s| is_hexahedron(s))?;
             Some((cell, hexahedron_corners(cells, cell as usize, shape)))
         });
-        let quads = hexahedra.clone().flat_map(|(cell, corners)| {
-            super::cell_type::HEXAHEDRON
-                .faces
-                .iter()
-                .filter_map(move |face| {
-                    let key = quad_key(&corners, face)?;
-                    let least = face.iter().find(|&&i| corners[i] == key[0])?;
-                    Some((key, cell, COLOR_OF_CORNER[*least]))
-                })
-        });
-        let quads: Vec<Quad> = sort_by_point(quads, points.len(), |quad| quad.0[0]);
-
+        let mut quads = sorted_quads(hexahedra.clone(), points.len());
+        let pair_of_cells = |pair: &[Quad]| match *pair {
+            [(a_key, a, a_color), (b_key, b, b_color)] if a_key == b_key => {
+                Some((a, b, a_color != b_color))
+            }
+            _ => None,
+        };
         let mut forest = ParityForest::new(cells.types.len());
-        for pair in quads.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-            let [(_, a, a_color), (_, b, b_color)] = [pair[0], pair[1]];
-            if !forest.join(a, b, a_color != b_color) {
+        for (a, b, differ) in quads.windows(2).filter_map(pair_of_cells) {
+            if !forest.join(a, b, differ) {
                 return Err(Error::Invalid {
                     what: format!(
                         "hexahedra cannot be split into five alternately: going around from cell {a} to its neighbor {b} takes an odd number of steps"
                     ),
                     help: Some("split by the smallest index, which works for every mesh".into()),
                 });
+            }
+        }
+
+        // Then across faces that coincide without sharing points, where no face that does
+        // share them forbids it.
+        if !places.are_apart() {
+            let by_places = hexahedra
+                .clone()
+                .map(|(cell, corners)| (cell, corners.map(|p| places.of(p))));
+            quads = sorted_quads(by_places, points.len());
+            for (a, b, differ) in quads.windows(2).filter_map(pair_of_cells) {
+                forest.join(a, b, differ);
             }
         }
 
@@ -120,7 +131,7 @@ impl FiveSplit {
         cell: usize,
         corners: &[u32],
         shape: &Shape,
-        ranks: &Ranks,
+        places: &Places,
         out: &mut Vec<[u32; 4]>,
     ) -> Result<(), Error> {
         if is_hexahedron(shape) {
@@ -147,7 +158,7 @@ impl FiveSplit {
         }
         // The corner from which most diagonals of the cell's quadrilaterals start: a
         // wedge needs two at one corner, a pyramid its one.
-        let start = |face: &[usize]| self.diagonal_start(corners, face, ranks);
+        let start = |face: &[usize]| self.diagonal_start(corners, face, places);
         let mut ends = [0_u8; 6];
         let quads = shape.faces.iter().filter(|face| face.len() == 4);
         for face in quads.clone() {
@@ -176,11 +187,12 @@ impl FiveSplit {
 
     /// Where in `face` its diagonal starts: as the hexahedron behind it says, or else
     /// at the smallest corner.
-    fn diagonal_start(&self, corners: &[u32], face: &[usize], ranks: &Ranks) -> usize {
-        let imposed = quad_key(corners, face).and_then(|key| {
+    fn diagonal_start(&self, corners: &[u32], face: &[usize], places: &Places) -> usize {
+        let place = |i: usize| places.of(corners[i]);
+        let imposed = quad_key(face, place).and_then(|key| {
             let at = self.quads.partition_point(|quad| quad.0 < key);
             let quad = self.quads.get(at).filter(|quad| quad.0 == key)?;
-            let least = face.iter().position(|&i| corners[i] == key[0])?;
+            let least = face.iter().position(|&i| place(i) == key[0])?;
             let through_least = quad.2 == self.colors[quad.1 as usize];
             Some(if through_least {
                 least
@@ -188,13 +200,32 @@ impl FiveSplit {
                 (least + 1) % 4
             })
         });
-        imposed.unwrap_or_else(|| ranks.smallest(corners, face))
+        imposed.unwrap_or_else(|| smallest(places, corners, face))
     }
 }
 
-/// Four different points in ascending order; a collapsed face agrees with everything.
-fn quad_key(corners: &[u32], face: &[usize]) -> Option<[u32; 4]> {
-    let mut key = [0, 1, 2, 3].map(|i| corners[face[i]]);
+/// All faces of hexahedra, each by the numbers of its corners, ascending.
+fn sorted_quads(
+    hexahedra: impl Iterator<Item = (u32, [u32; 8])> + Clone,
+    count: usize,
+) -> Vec<Quad> {
+    let quads = hexahedra.flat_map(|(cell, corners)| {
+        super::cell_type::HEXAHEDRON
+            .faces
+            .iter()
+            .filter_map(move |face| {
+                let key = quad_key(face, |i| corners[i])?;
+                let least = face.iter().find(|&&i| corners[i] == key[0])?;
+                Some((key, cell, COLOR_OF_CORNER[*least]))
+            })
+    });
+    sort_by_point(quads, count, |quad| quad.0[0])
+}
+
+/// A face's four different numbers in ascending order; a collapsed face agrees with
+/// everything.
+fn quad_key(face: &[usize], number: impl Fn(usize) -> u32) -> Option<[u32; 4]> {
+    let mut key = [0, 1, 2, 3].map(|i| number(face[i]));
     key.sort_unstable();
     key.windows(2).all(|pair| pair[0] < pair[1]).then_some(key)
 }

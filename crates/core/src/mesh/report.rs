@@ -24,10 +24,12 @@ pub struct MeshReport {
     /// error of its own evaluation in f64 (Shewchuk 1997, bound A), so that its
     /// coordinates cannot tell it from a flat one.
     pub degenerate: usize,
-    /// Tetrahedra left out because they name a point twice; they have no inside, and
-    /// the cells on their two sides share a face directly.
+    /// Tetrahedra left out because two of their corners are one point or coincide; they
+    /// have no inside, and the cells on their two sides share a face directly.
     pub collapsed: usize,
-    /// Tetrahedra left out because an earlier one has the same four points.
+    /// Tetrahedra left out because an earlier one has the same four corners: the same
+    /// points, or points that coincide with them, whose values are not drawn then.
+    /// Both together would fill their space twice.
     pub duplicates: usize,
     /// Curved cells, drawn by their corners.
     pub quadratic: usize,
@@ -35,6 +37,11 @@ pub struct MeshReport {
     pub skipped: BTreeMap<u8, usize>,
     /// Points that no tetrahedron uses.
     pub unused_points: usize,
+    /// Points that lie exactly where an earlier one does, of those that tetrahedra use.
+    pub coincident_points: usize,
+    /// Faces between two tetrahedra that have different points there, which coincide:
+    /// they are neighbors, and each keeps its own values.
+    pub joined_faces: usize,
     /// Faces that three or more tetrahedra share; each takes it as boundary.
     pub crowded_faces: usize,
     /// Infinite or undefined values, at points that tetrahedra use or in cells; transparent.
@@ -65,11 +72,15 @@ impl MeshReport {
         note(self.degenerate, "tetrahedra have no volume: harmless");
         note(
             self.collapsed,
-            "tetrahedra named a point twice: left out, harmless",
+            "tetrahedra had two corners at one place: left out, harmless",
         );
         note(
             self.duplicates,
             "tetrahedra were there already: drawn once, by the first",
+        );
+        note(
+            self.joined_faces,
+            "faces were joined whose points coincide without being the same",
         );
         note(
             self.crowded_faces,

@@ -9,14 +9,15 @@
 //! # Departures from the paper
 //! Vertices are ordered by the least index among the points at the same place, then by
 //! index. Blocks that touch without sharing points thus cut their common faces alike.
-//! A tetrahedron that names one point twice (from cells collapsed by index) is left
-//! out: the cells on its two sides then share the face directly.
+//! A tetrahedron with two corners at one place (from collapsed cells) is left out: the
+//! cells on its two sides then share the face directly.
 
 use rayon::prelude::*;
 
 use super::cell_type::{HEXAHEDRON, Kind, Shape, VOXEL};
 use super::five::FiveSplit;
 use super::orientation::orientation;
+use super::places::Places;
 use super::sort::sort_by_point;
 use super::{Cells, check_point};
 use crate::Error;
@@ -34,8 +35,9 @@ pub enum Split {
     /// structured grids. Of the two ways for each connected part, the one that
     /// inverts fewer tetrahedra is taken.
     ///
-    /// Possible only where hexahedra can be colored alternately; across a seam whose
-    /// sides have different points, faces are cut independently.
+    /// Possible only where hexahedra can be colored alternately. Across a seam whose
+    /// sides have different points at the same places, faces are cut alike where the
+    /// colors allow it, else independently.
     FiveAlternating,
 }
 
@@ -48,7 +50,7 @@ pub(super) struct Pieces {
     pub(super) flipped: usize,
     /// Input cells some of whose pieces are inverted relative to the others.
     pub(super) folded: usize,
-    /// Tetrahedra left out because they name a point twice.
+    /// Tetrahedra left out because two of their corners are at one place.
     pub(super) collapsed: usize,
 }
 
@@ -103,13 +105,15 @@ pub(super) fn check_cells(points: &[DVec3], cells: &Cells) -> Result<(), Error> 
 }
 
 /// Cuts checked cells. Parallel; the result does not depend on the number of threads.
-pub(super) fn split_cells(points: &[DVec3], cells: &Cells, split: Split) -> Result<Pieces, Error> {
+pub(super) fn split_cells(
+    points: &[DVec3],
+    cells: &Cells,
+    places: &Places,
+    split: Split,
+) -> Result<Pieces, Error> {
     let cutter = match split {
-        Split::SmallestIndex => Cutter::SmallestIndex(coincidence_ranks(points, cells)),
-        Split::FiveAlternating => Cutter::FiveAlternating(
-            FiveSplit::new(points, cells)?,
-            coincidence_ranks(points, cells),
-        ),
+        Split::SmallestIndex => Cutter::SmallestIndex,
+        Split::FiveAlternating => Cutter::FiveAlternating(FiveSplit::new(points, cells, places)?),
     };
     const CHUNK: usize = 4096;
     let cell_count = cells.types.len();
@@ -124,8 +128,8 @@ pub(super) fn split_cells(points: &[DVec3], cells: &Cells, split: Split) -> Resu
                 };
                 scratch.clear();
                 let corners = corners(cells, cell, shape);
-                cutter.cut(cell, &corners[..shape.corners], shape, &mut scratch)?;
-                pieces.add(points, cell, shape, &scratch);
+                cutter.cut(cell, &corners[..shape.corners], shape, places, &mut scratch)?;
+                pieces.add(points, places, cell, shape, &scratch);
             }
             Ok(pieces)
         })
@@ -147,13 +151,14 @@ impl Pieces {
     pub(super) fn add(
         &mut self,
         points: &[DVec3],
+        places: &Places,
         cell: usize,
         shape: &Shape,
         tetrahedra: &[[u32; 4]],
     ) {
         let (mut positive, mut negative) = (false, false);
         for &(mut tetrahedron) in tetrahedra {
-            if names_a_point_twice(tetrahedron) {
+            if places.coincide(tetrahedron) {
                 self.collapsed += 1;
                 continue;
             }
@@ -175,15 +180,15 @@ impl Pieces {
 }
 
 impl Pieces {
-    /// Keeps the first of the tetrahedra that have the same four points, and returns
+    /// Keeps the first of the tetrahedra that have the same four places, and returns
     /// how many were removed. O(n): see [`sort_by_point`].
-    pub(super) fn remove_duplicates(&mut self, point_count: usize) -> usize {
+    pub(super) fn remove_duplicates(&mut self, places: &Places, point_count: usize) -> usize {
         let keys = self
             .tetrahedra
             .iter()
             .zip(0_u32..)
             .map(|(&corners, index)| {
-                let mut corners = corners;
+                let mut corners = corners.map(|p| places.of(p));
                 corners.sort_unstable();
                 (corners, index)
             });
@@ -206,8 +211,8 @@ impl Pieces {
 }
 
 enum Cutter {
-    SmallestIndex(Ranks),
-    FiveAlternating(FiveSplit, Ranks),
+    SmallestIndex,
+    FiveAlternating(FiveSplit),
 }
 
 impl Cutter {
@@ -216,76 +221,44 @@ impl Cutter {
         cell: usize,
         corners: &[u32],
         shape: &Shape,
+        places: &Places,
         out: &mut Vec<[u32; 4]>,
     ) -> Result<(), Error> {
         match self {
-            Cutter::SmallestIndex(ranks) => {
-                cut_from_smallest(corners, shape, ranks, out);
+            Cutter::SmallestIndex => {
+                cut_from_smallest(corners, shape, places, out);
                 Ok(())
             }
-            Cutter::FiveAlternating(five, ranks) => five.cut(cell, corners, shape, ranks, out),
+            Cutter::FiveAlternating(five) => five.cut(cell, corners, shape, places, out),
         }
     }
 }
 
-/// For each point the least index of a point at the same place; empty for "each its own".
-pub(super) struct Ranks(Vec<u32>);
-
-impl Ranks {
-    pub(super) fn key(&self, point: u32) -> (u32, u32) {
-        (*self.0.get(point as usize).unwrap_or(&point), point)
-    }
-
-    /// The position in `face` of its smallest corner.
-    pub(super) fn smallest(&self, corners: &[u32], face: &[usize]) -> usize {
-        (0..face.len())
-            .min_by_key(|&i| self.key(corners[face[i]]))
-            .expect("faces have corners")
-    }
+/// The position in `face` of its smallest corner: by place, then by index.
+pub(super) fn smallest(places: &Places, corners: &[u32], face: &[usize]) -> usize {
+    (0..face.len())
+        .min_by_key(|&i| (places.of(corners[face[i]]), corners[face[i]]))
+        .expect("faces have corners")
 }
 
-fn coincidence_ranks(points: &[DVec3], cells: &Cells) -> Ranks {
-    let tetrahedra_only = cells
-        .types
-        .iter()
-        .all(|&t| Kind::of(t).shape().is_none_or(|s| s.corners == 4));
-    if tetrahedra_only {
-        return Ranks(Vec::new());
-    }
-    // Adding 0 turns −0 into +0, which is the same place.
-    let mut order: Vec<([u64; 3], u32)> = points
-        .par_iter()
-        .zip(0..u32::try_from(points.len()).expect("points were counted"))
-        .map(|(p, index)| (p.to_array().map(|x| (x + 0.0).to_bits()), index))
-        .collect();
-    order.par_sort_unstable();
-    let mut ranks = vec![0; points.len()];
-    for same in order.chunk_by(|a, b| a.0 == b.0) {
-        for &(_, point) in same {
-            ranks[point as usize] = same[0].1;
-        }
-    }
-    Ranks(ranks)
-}
-
-fn cut_from_smallest(corners: &[u32], shape: &Shape, ranks: &Ranks, out: &mut Vec<[u32; 4]>) {
+fn cut_from_smallest(corners: &[u32], shape: &Shape, places: &Places, out: &mut Vec<[u32; 4]>) {
     if shape.corners == 4 {
         out.push([corners[0], corners[1], corners[2], corners[3]]);
         return;
     }
     let apex = (0..corners.len())
-        .min_by_key(|&i| ranks.key(corners[i]))
+        .min_by_key(|&i| (places.of(corners[i]), corners[i]))
         .expect("cells have corners");
     let first = out.len();
     cone(
         corners,
         shape,
         apex,
-        |face| ranks.smallest(corners, face),
+        |face| smallest(places, corners, face),
         out,
     );
     if shape.faces.len() == 6 && shape.corners == 8 {
-        merge_around_far_corner(corners[far_corner(shape, apex)], first, out);
+        merge_around_far_corner(corners[far_corner(shape, apex)], places, first, out);
     }
 }
 
@@ -325,7 +298,7 @@ fn far_corner(shape: &Shape, corner: usize) -> usize {
 
 /// Where no diagonal ends in the far corner, three tetrahedra around the edge from apex
 /// to far corner become two: five in all, and better shaped.
-fn merge_around_far_corner(far: u32, first: usize, out: &mut Vec<[u32; 4]>) {
+fn merge_around_far_corner(far: u32, places: &Places, first: usize, out: &mut Vec<[u32; 4]>) {
     let is_around = |t: &[u32; 4]| t[1..].contains(&far);
     if out.len() - first != 6 || out[first..].iter().filter(|t| is_around(t)).count() != 3 {
         return;
@@ -343,16 +316,24 @@ fn merge_around_far_corner(far: u32, first: usize, out: &mut Vec<[u32; 4]>) {
         return;
     };
     let apex = around[0][0];
-    let distinct = |t| !names_a_point_twice(t);
-    if distinct([apex, p, q, r]) && distinct([far, p, q, r]) && rim.contains(&(r, p)) {
+    if !places.coincide([apex, far, p, q, r]) && rim.contains(&(r, p)) {
         let mut kept: Vec<[u32; 4]> = out.drain(first..).filter(|t| !is_around(t)).collect();
         kept.extend([[apex, p, q, r], [far, p, r, q]]);
         out.append(&mut kept);
     }
 }
 
-pub(super) fn names_a_point_twice([a, b, c, d]: [u32; 4]) -> bool {
-    a == b || a == c || a == d || b == c || b == d || c == d
+/// The points that are corners of checked cells.
+pub(super) fn used_corners(point_count: usize, cells: &Cells) -> Vec<bool> {
+    let mut used = vec![false; point_count];
+    for cell in 0..cells.types.len() {
+        if let Some(shape) = Kind::of(cells.types[cell]).shape() {
+            for &point in &corners(cells, cell, shape)[..shape.corners] {
+                used[point as usize] = true;
+            }
+        }
+    }
+    used
 }
 
 /// A checked cell's corners, in the order of its shape.

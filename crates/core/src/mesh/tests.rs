@@ -1,5 +1,6 @@
 mod blunt_fin;
 mod lattice;
+mod places;
 
 use super::*;
 

@@ -296,7 +296,8 @@ pub(crate) fn blunt_fin(test: &str) -> Option<TetMesh> {
     let field = data.field(Some("density")).expect("a field").clone();
     let mesh = TetMesh::with_split(data.points, &data.cells, field, Split::FiveAlternating);
     let mesh = mesh.expect("a mesh");
-    assert_eq!(mesh.cell_count(), 187_395);
+    // Of the 187 395 of the paper, those with four corners at different places.
+    assert_eq!(mesh.cell_count(), 187_395 - 77);
     Some(mesh)
 }
 
