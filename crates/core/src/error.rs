@@ -1,16 +1,20 @@
 //! The one error type of the workspace.
 
-use std::path::PathBuf;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use crate::text::{self, clipped};
 
 /// What can go wrong when a volume is read, uploaded or drawn.
 ///
 /// `Display` says what and where in one line, lower case, without a full stop;
-/// [`Error::help`] says what to do about it.
+/// [`Error::help`] says what to do about it. Both hold text of files: whatever is in there,
+/// they are of [printable](text::printable) characters, and of a length that a person reads.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be opened, read or written.
-    #[error("{action} {}: {source}", path.display())]
+    #[error("{action} {}: {}", place(path), sentence(source))]
     Io {
         /// "cannot open", "cannot read", "cannot write".
         action: &'static str,
@@ -20,7 +24,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file's contents are not what its format says.
-    #[error("{what}, in {} at {at}", path.display())]
+    #[error("{}, in {} at {}", sentence(what), place(path), text::name(at))]
     Format {
         /// The file.
         path: PathBuf,
@@ -32,7 +36,7 @@ pub enum Error {
         help: Option<String>,
     },
     /// A mesh, grid or transfer function was built from values that make no sense.
-    #[error("{what}")]
+    #[error("{}", sentence(what))]
     Invalid {
         /// What is wrong, with the numbers and the index of the offending item.
         what: String,
@@ -40,7 +44,7 @@ pub enum Error {
         help: Option<String>,
     },
     /// A scene file or a scene option is wrong.
-    #[error("{what}, in {at}")]
+    #[error("{}, in {}", sentence(what), clipped(at, LONGEST_PLACE))]
     Scene {
         /// The file with line and column, or the option.
         at: String,
@@ -50,7 +54,7 @@ pub enum Error {
         help: Option<String>,
     },
     /// A named field is not in the volume.
-    #[error("no field '{name}'{}", list(available))]
+    #[error("no field '{}'{}", text::name(name), fields(available))]
     NoSuchField {
         /// The name that was asked for.
         name: String,
@@ -58,7 +62,7 @@ pub enum Error {
         available: Vec<String>,
     },
     /// A name given by the user is not one of those that exist.
-    #[error("no {kind} '{name}'; valid: {}", valid.join(", "))]
+    #[error("no {kind} '{}'; valid: {}", text::name(name), list(valid))]
     Unknown {
         /// "algorithm", "setting", "data set", …
         kind: &'static str,
@@ -68,7 +72,7 @@ pub enum Error {
         valid: Vec<String>,
     },
     /// The renderer cannot draw this scene.
-    #[error("{renderer} does not draw {what}: {reason}")]
+    #[error("{renderer} does not draw {}: {}", sentence(what), sentence(reason))]
     Unsupported {
         /// The renderer's name.
         renderer: &'static str,
@@ -78,7 +82,7 @@ pub enum Error {
         reason: String,
     },
     /// No graphics adapter fits.
-    #[error("no suitable graphics adapter: {reason}")]
+    #[error("no suitable graphics adapter: {}", sentence(reason))]
     NoAdapter {
         /// What was looked for and what was found.
         reason: String,
@@ -86,7 +90,7 @@ pub enum Error {
         help: Option<String>,
     },
     /// Something is larger than the device allows.
-    #[error("{what} needs {needed} {unit}, this device holds {limit}")]
+    #[error("{} needs {needed} {unit}, this device holds {limit}", sentence(what))]
     TooLarge {
         /// "the cell buffer", "the image", …
         what: String,
@@ -98,7 +102,7 @@ pub enum Error {
         unit: &'static str,
     },
     /// The device ran out of memory.
-    #[error("out of device memory while making {what} ({bytes} bytes)")]
+    #[error("out of device memory while making {} ({bytes} bytes)", sentence(what))]
     OutOfMemory {
         /// What was being made.
         what: String,
@@ -106,7 +110,7 @@ pub enum Error {
         bytes: u64,
     },
     /// The device was lost, or the driver refused a command.
-    #[error("the graphics device failed: {reason}")]
+    #[error("the graphics device failed: {}", sentence(reason))]
     Device {
         /// The driver's words.
         reason: String,
@@ -124,6 +128,10 @@ impl Error {
 
     /// What the user could do or type, one line.
     pub fn help(&self) -> Option<String> {
+        self.advice().map(sentence)
+    }
+
+    fn advice(&self) -> Option<String> {
         match self {
             Error::Format { help, .. }
             | Error::Invalid { help, .. }
@@ -132,8 +140,10 @@ impl Error {
             Error::NoSuchField { name, available } => {
                 let names: Vec<&str> = available.iter().map(|field| bare(field)).collect();
                 let example = nearest(name, &names).or(names.first().copied());
-                example
-                    .map(|field| format!("choose one with --field, for example --field '{field}'"))
+                example.map(|field| {
+                    let field = text::name(field);
+                    format!("choose one with --field, for example --field '{field}'")
+                })
             }
             Error::Unknown { name, valid, .. } => {
                 nearest(name, valid).map(|valid| format!("did you mean '{valid}'?"))
@@ -180,13 +190,47 @@ pub enum ErrorKind {
     Gpu,
 }
 
-fn list(available: &[String]) -> String {
-    if available.is_empty() {
-        "; the volume has no fields".into()
-    } else {
-        format!("; there are {}", available.join(", "))
+/// The most characters of free text in a message: the longest of ours, which lists all
+/// formats, has half as many.
+const LONGEST_SENTENCE: usize = 800;
+
+/// The most characters of a file's path in a message.
+const LONGEST_PLACE: usize = 300;
+
+/// Bytes of a list in a message after which names are only counted: two or three times the
+/// settings of the algorithm with most of them.
+const LONGEST_LIST: usize = 3000;
+
+fn sentence(text: impl Display) -> String {
+    clipped(text, LONGEST_SENTENCE)
+}
+
+fn place(path: &Path) -> String {
+    clipped(path.display(), LONGEST_PLACE)
+}
+
+fn fields(available: &[String]) -> String {
+    match available {
+        [] => "; the volume has no fields".into(),
+        available => format!("; there are {}", list(available)),
     }
 }
+
+/// The names, of which each may be as long as a file wants, and as many.
+fn list(names: &[String]) -> String {
+    let mut text = String::new();
+    for (i, name) in names.iter().enumerate() {
+        if text.len() > LONGEST_LIST {
+            return format!("{text} and {} more", names.len() - i);
+        }
+        let comma = if i > 0 { ", " } else { "" };
+        text += &format!("{comma}{}", clipped(name, LONGEST_ITEM));
+    }
+    text
+}
+
+/// A name and what is said of it: a range of two numbers, or the values of a setting.
+const LONGEST_ITEM: usize = 2 * text::LONGEST_NAME;
 
 /// The name in "name [0, 1]".
 fn bare(field: &str) -> &str {
@@ -196,13 +240,19 @@ fn bare(field: &str) -> &str {
 /// The candidate that `name` is most likely a misspelling of, if any is near.
 ///
 /// Damerau-Levenshtein similarity, letter case aside; 0.6 accepts about two slips
-/// in a word of five letters and refuses unrelated words of the same length.
+/// in a word of five letters and refuses unrelated words of the same length. Names from files
+/// that are longer than a message shows are nobody's misspelling, and would take long.
 pub fn nearest<'a, S: AsRef<str>>(name: &str, candidates: &'a [S]) -> Option<&'a str> {
+    let is_short = |text: &str| text.chars().nth(text::LONGEST_NAME).is_none();
+    if !is_short(name) {
+        return None;
+    }
     let name = name.to_lowercase();
     candidates
         .iter()
+        .map(AsRef::as_ref)
+        .filter(|candidate| is_short(candidate))
         .map(|candidate| {
-            let candidate = candidate.as_ref();
             let likeness = strsim::normalized_damerau_levenshtein(&name, &candidate.to_lowercase());
             (likeness, candidate)
         })
@@ -214,6 +264,57 @@ pub fn nearest<'a, S: AsRef<str>>(name: &str, candidates: &'a [S]) -> Option<&'a
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn whatever_a_file_says_a_message_is_a_short_printable_line() {
+        let long = "\x1b[31m\n".repeat(1 << 16);
+        let path = PathBuf::from("a\x1b]0;b\x07.vtu");
+        let errors = [
+            Error::Format {
+                path: path.clone(),
+                at: long.clone(),
+                what: long.clone(),
+                help: Some(long.clone()),
+            },
+            Error::Io {
+                action: "cannot read",
+                path: PathBuf::from(&long),
+                source: std::io::Error::other(long.clone()),
+            },
+            Error::Scene {
+                at: long.clone(),
+                what: "x".into(),
+                help: None,
+            },
+            Error::NoSuchField {
+                name: long.clone(),
+                available: vec![long.clone(); 1000],
+            },
+            Error::Unknown {
+                kind: "setting",
+                name: long.clone(),
+                valid: vec![long.clone()],
+            },
+            Error::Device { reason: long },
+        ];
+        for error in errors {
+            let texts = [Some(error.to_string()), error.help()];
+            for text in texts.into_iter().flatten() {
+                assert!(!text.contains(text::is_unprintable), "{text}");
+                assert!(text.chars().count() < 6000, "{}", text.len());
+            }
+        }
+        let named = Error::Io {
+            action: "cannot read",
+            path,
+            source: std::io::ErrorKind::NotFound.into(),
+        };
+        let text = named.to_string();
+        assert!(
+            text.starts_with("cannot read a\\u{1b}]0;b\\u{7}.vtu: "),
+            "{text}"
+        );
+    }
 
     #[test]
     fn a_misspelling_finds_its_word_and_a_stranger_none() {

@@ -25,6 +25,7 @@ pub mod mesh;
 pub mod optics;
 pub mod renderer;
 pub mod scene;
+pub mod text;
 pub mod transfer_function;
 pub mod view;
 pub mod volume;
