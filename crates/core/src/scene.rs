@@ -6,6 +6,8 @@
 
 mod raw;
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -30,6 +32,10 @@ const COLORMAP_KNOTS: usize = 33;
 
 /// Pixels a side unless the scene says otherwise.
 const DEFAULT_SIZE: u32 = 512;
+
+/// No scene file is longer: some ten thousand knots. A mesh given as a scene by mistake is,
+/// and so is a device that never ends.
+pub const MAX_SCENE_BYTES: u64 = 1 << 20;
 
 /// A scene as written: what is left out is chosen by [`SceneFile::resolve`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -214,6 +220,40 @@ impl SceneFile {
             volume,
             ..SceneFile::default()
         }
+    }
+
+    /// Reads the scene file at `path`; see [`SceneFile::parse`].
+    ///
+    /// # Errors
+    /// [`Error::Io`] when it cannot be read, and [`Error::Scene`] when it has more than
+    /// [`MAX_SCENE_BYTES`], is not UTF-8, or does not parse.
+    pub fn read(path: &Path) -> Result<SceneFile, Error> {
+        let invalid = |what: String| Error::Scene {
+            at: path.display().to_string(),
+            what,
+            help: Some(
+                "a scene is TOML or JSON; `tetrascope print-scene sphere` prints one".into(),
+            ),
+        };
+        // One byte more tells a file that is too long, whatever length it claims.
+        let mut bytes = Vec::new();
+        let read = File::open(path)
+            .and_then(|file| file.take(MAX_SCENE_BYTES + 1).read_to_end(&mut bytes));
+        read.map_err(|source| Error::Io {
+            action: "cannot read",
+            path: path.to_owned(),
+            source,
+        })?;
+        if bytes.len() as u64 > MAX_SCENE_BYTES {
+            return Err(invalid(format!(
+                "a file of more than {MAX_SCENE_BYTES} bytes is not a scene file"
+            )));
+        }
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let at = error.utf8_error().valid_up_to();
+            invalid(format!("byte {at} is not text (UTF-8)"))
+        })?;
+        SceneFile::parse(&text, path)
     }
 
     /// Parses TOML, or JSON where `path` ends in `.json`.

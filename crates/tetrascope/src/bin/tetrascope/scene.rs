@@ -42,7 +42,7 @@ impl Request {
             notes: Vec::new(),
         };
         if let Some(path) = &args.scene {
-            request.file = read(path)?;
+            request.file = SceneFile::read(path)?;
         }
         let given = source(args.volume.as_deref(), &args.options)?;
         if given.file.is_some() || given.dataset.is_some() {
@@ -238,30 +238,4 @@ fn name(source: &VolumeSource) -> String {
         (None, Some(dataset)) => format!("data set {dataset}"),
         (None, None) => "nothing".into(),
     }
-}
-
-/// No scene is longer; a mesh given as a scene by mistake is.
-const MAX_SCENE_BYTES: u64 = 16 << 20;
-
-fn read(path: &Path) -> Result<SceneFile, Error> {
-    let failed = |source| Error::Io {
-        action: "cannot read",
-        path: path.to_owned(),
-        source,
-    };
-    let invalid = |what: String| Error::Scene {
-        at: path.display().to_string(),
-        what,
-        help: Some("a scene is TOML or JSON; `tetrascope print-scene sphere` prints one".into()),
-    };
-    let length = std::fs::metadata(path).map_err(failed)?.len();
-    if length > MAX_SCENE_BYTES {
-        return Err(invalid(format!("{length} bytes are no scene file")));
-    }
-    let bytes = std::fs::read(path).map_err(failed)?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        invalid(format!("byte {at} is no text (UTF-8)"))
-    })?;
-    SceneFile::parse(&text, path)
 }
