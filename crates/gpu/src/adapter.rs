@@ -147,6 +147,11 @@ impl Gpu {
         &self.shared.info
     }
 
+    /// Whether the adapter computes on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.info().device_type == wgpu::DeviceType::Cpu
+    }
+
     /// The limits that the device was made with.
     pub fn limits(&self) -> &wgpu::Limits {
         &self.shared.limits

@@ -436,14 +436,13 @@ impl VolumeRenderer for Projection {
         let along = along.transpose()?;
         let counts = counts.map(|c| c.read_back(gpu, &mut encoder)).transpose()?;
         let times = timer.map(|t| t.resolve(gpu, &mut encoder)).transpose()?;
+        let submitted = Instant::now();
         gpu.finish(encoder)?;
+        stats.gpu_seconds = timer::seconds(gpu, times, submitted.elapsed())?;
         if let Some((counts, most)) = counts {
             stats.fragments_sorted = Some(total(counts.read()?, &most)?);
         }
         let pixels = pixels.read()?;
-        if let Some(times) = times {
-            stats.gpu_seconds = timer::seconds(gpu, times)?;
-        }
         stats.cpu_seconds = start.elapsed().as_secs_f64();
         let mut frame = Frame::new((view.width, view.height), pixels, stats);
         if let Some(along) = along {

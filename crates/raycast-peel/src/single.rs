@@ -512,7 +512,9 @@ impl VolumeRenderer for Single {
         let times = timer
             .map(|timer| timer.resolve(gpu, &mut encoder))
             .transpose()?;
+        let submitted = Instant::now();
         gpu.finish(encoder)?;
+        let waited = submitted.elapsed();
         let pixels: Vec<[f32; 4]> = pixels.read()?;
         let mut stats = FrameStats::default();
         count(&mut stats, counters)?;
@@ -522,7 +524,9 @@ impl VolumeRenderer for Single {
             stats.layers = Some(layers.full);
         }
         stats.bytes_resident = self.bytes_resident();
-        stats.gpu_seconds = times.map(|t| timer::seconds(gpu, t)).transpose()?.flatten();
+        if self.peeling.is_none() {
+            stats.gpu_seconds = timer::seconds(gpu, times, waited)?;
+        }
         stats.cpu_seconds = start.elapsed().as_secs_f64();
         let mut frame = Frame::new((view.width, view.height), pixels, stats);
         if let Some(depths) = depths {

@@ -95,6 +95,8 @@ struct Measures {
     fragments: Option<FragmentCounter>,
     /// Arguments of the draw, where the device has made them, and how many boxes there are.
     arguments: Option<(wgpu::Buffer, u64)>,
+    /// When the first of more than one submissions was made.
+    submitted: Option<Instant>,
 }
 
 const READ_BACK_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
@@ -199,12 +201,13 @@ impl Slicing {
                 .batches(&scene.volume.octree, plan.level, &plan.boxes),
             None => Vec::new(),
         };
-        let (mut timer, mut counter) = (None, None);
+        let (mut timer, mut counter, mut submitted) = (None, None, None);
         let culling = plan.as_ref().and_then(|plan| plan.culling.as_ref());
         if let Some(measures) = measures {
             measures.fragments = FragmentCounter::new(gpu, ends.len())?;
             measures.arguments = culling.map(|c| (c.arguments.clone(), c.box_count));
             (timer, counter) = (measures.timer.as_ref(), measures.fragments.as_ref());
+            submitted = Some(&mut measures.submitted);
         }
         let mut times = timer.map(Timer::first_render_pass);
         if let (Some(culling), Some(cull)) = (culling, &self.cull) {
@@ -218,6 +221,9 @@ impl Slicing {
         for (index, end) in (0..).zip(ends) {
             let Some(plan) = &mut plan else { break };
             if first > 0 {
+                if let Some(submitted) = &mut submitted {
+                    submitted.get_or_insert_with(Instant::now);
+                }
                 // The device must be done with the slots before they are filled again.
                 let next = gpu.device().create_command_encoder(&Default::default());
                 gpu.finish(std::mem::replace(encoder, next))?;
@@ -585,6 +591,7 @@ impl VolumeRenderer for Slicing {
             timer,
             fragments,
             arguments,
+            submitted,
         } = measures;
         let times = timer.map(|t| t.resolve(gpu, &mut encoder)).transpose()?;
         let counts = fragments
@@ -596,12 +603,11 @@ impl VolumeRenderer for Slicing {
             Ok::<_, Error>((copy, box_count))
         });
         let arguments = arguments.transpose()?;
+        let submitted = submitted.unwrap_or_else(Instant::now);
         gpu.finish(encoder)?;
+        stats.gpu_seconds = timer::seconds(gpu, times, submitted.elapsed())?;
         let pixels = pixels.read()?;
         let distances = distances.map(|d| d.read()).transpose()?;
-        if let Some(times) = times {
-            stats.gpu_seconds = timer::seconds(gpu, times)?;
-        }
         if let Some(counts) = counts {
             stats.fragments = Some(count::total(counts)?);
         }

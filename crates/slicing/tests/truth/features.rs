@@ -9,7 +9,7 @@ use tetrascope_gpu::memory::{Source, read_back};
 use tetrascope_gpu::testing;
 use tetrascope_gpu::wgpu::{TextureFormat, TextureUsages};
 use tetrascope_slicing::{
-    Filtering, Integration, Level, Phong, PlaneTest, Shading, Slicing, SlicingOptions,
+    Filtering, Integration, Level, Phong, PlaneTest, Shading, Slicing, SlicingOptions, Traversal,
 };
 
 use crate::support::*;
@@ -181,6 +181,33 @@ fn texture_units_filter_almost_as_well() {
             .iter()
             .any(|n| n.contains("does not filter"));
         assert!(most > 0.0 || fallback, "the texture unit was not used");
+    }
+}
+
+/// What a frame says of the device's time is within what it says of the wall clock's.
+#[test]
+fn gpu_time_is_part_of_the_frames_time() {
+    let Some(gpu) = testing::gpu("gpu_time_is_part_of_the_frames_time") else {
+        return;
+    };
+    let grid = grid(&cube(30), |p| p.length() / 2.0);
+    let appearance = appearance(&ramp(5.0), OpticalModel::EmissionAbsorption);
+    let (_, view) = views(&grid).swap_remove(0);
+    for traversal in [Traversal::Cpu, Traversal::Gpu] {
+        let options = SlicingOptions {
+            traversal,
+            slices_per_voxel: 16.0,
+            ..Default::default()
+        };
+        // The second frame is drawn on a device that has drawn.
+        for _ in 0..2 {
+            let stats = draw(&gpu, &grid, &appearance, &options, &view).stats;
+            let seconds = stats.gpu_seconds;
+            assert!(seconds.is_none_or(|s| s > 0.0 && s <= stats.cpu_seconds));
+            // Some 3000 pixels of 400 slabs take more than a millisecond of any CPU.
+            let least = if gpu.is_software() { 1e-3 } else { 0.0 };
+            assert!(seconds.unwrap_or(0.0) >= least, "{seconds:?}");
+        }
     }
 }
 
