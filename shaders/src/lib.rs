@@ -5,11 +5,12 @@
 //! WGSL takes declarations in any order, so parts need no import mechanism. Variants
 //! are `override` constants, set when a pipeline is made.
 //!
-//! One test parses and validates every program. With the feature `layout`,
+//! One test parses and validates every program; [`loops`] has what bounds each loop. With the feature `layout`,
 //! [`assert_layout!`] compares the structs on both sides.
 
 #[cfg(feature = "layout")]
 pub mod layout;
+pub mod loops;
 
 /// Joins parts of `wgsl/` into a program.
 macro_rules! program {

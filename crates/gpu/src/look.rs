@@ -1,5 +1,6 @@
 //! Clip planes, depth cue and isosurfaces on the device, for `common/look.wgsl`.
 
+use tetrascope_core::appearance::Isosurface;
 use tetrascope_core::appearance::MAX_CLIP_PLANES;
 use tetrascope_core::glam::{DAffine3, DVec3};
 use tetrascope_core::{Appearance, Bounds, OpticalModel, View};
@@ -16,6 +17,16 @@ pub struct Look {
     surface_count: u32,
     light_count: u32,
     ambient: f32,
+}
+
+/// The isosurfaces of `appearance` in the order in which shaders have them: by value, so
+/// that a shader finds the nearest by bisection. Of equal values the first alone is left, as
+/// it hides the others.
+pub fn surfaces(appearance: &Appearance) -> Vec<Isosurface> {
+    let mut surfaces = appearance.isosurfaces.clone();
+    surfaces.sort_by(|a, b| a.value.total_cmp(&b.value));
+    surfaces.dedup_by(|next, first| next.value == first.value);
+    surfaces
 }
 
 /// What `look.wgsl` needs in the space of the program: the uniform and the items.
@@ -46,7 +57,9 @@ pub fn look(
         let eye = space.transform_point3(normalization.point(view.camera.position));
         single(slope * axis, ramp.at_eye - slope * axis.dot(eye))
     });
-    let surfaces = appearance.isosurfaces.iter().map(|surface| {
+    let surfaces = surfaces(appearance);
+    let surface_count = surfaces.len() as u32;
+    let surfaces = surfaces.into_iter().map(|surface| {
         let [r, g, b] = color(surface.color).to_array();
         [r, g, b, map.scalar(surface.value)]
     });
@@ -58,7 +71,7 @@ pub fn look(
         planes,
         cue,
         plane_count: appearance.clip_planes.len() as u32,
-        surface_count: appearance.isosurfaces.len() as u32,
+        surface_count,
         light_count: lights.len() as u32,
         ambient: appearance.lighting.ambient as f32,
     };

@@ -16,6 +16,9 @@ use crate::passes::{READ, UNIFORM, WRITE, compute_pipeline, layout, module};
 
 /// Pairs that one workgroup moves; `BLOCK` in the shaders.
 const BLOCK: u32 = 4096;
+/// The most blocks: 4096 passes of each loop of `scan.wgsl`, see
+/// [`tetrascope_shaders::loops`].
+const MOST_BLOCKS: u32 = 1 << 16;
 /// Bits a round.
 const DIGIT_BITS: u32 = 4;
 
@@ -73,7 +76,8 @@ impl RadixSort {
     /// many workgroups.
     pub fn pairs(&self, gpu: &Gpu, count: u32, key_bits: u32) -> Result<SortedPairs, Error> {
         let blocks = count.div_ceil(BLOCK);
-        let most = gpu.limits().max_compute_workgroups_per_dimension;
+        let limits = gpu.limits();
+        let most = limits.max_compute_workgroups_per_dimension.min(MOST_BLOCKS);
         if blocks > most {
             return Err(Error::TooLarge {
                 what: "the sort".into(),

@@ -1,6 +1,7 @@
 //! The transfer function on the device, for `common/transfer_function.wgsl`.
 
-use tetrascope_core::{Knot, TransferFunction};
+use tetrascope_core::{Error, Knot, TransferFunction};
+use tetrascope_shaders::loops::MOST_KNOTS;
 
 use crate::normalization::{HUGE, Normalization, ScalarMap, color};
 
@@ -27,11 +28,14 @@ pub struct Interval {
 ///
 /// The first and the last are constant and reach beyond every scalar that
 /// [`ScalarMap::scalar`] gives. Knots that f32 cannot tell apart become a step.
+///
+/// [`Error::TooLarge`] for more than [`MOST_KNOTS`], as a shader's loop over them would be
+/// too long.
 pub fn intervals(
     transfer_function: &TransferFunction,
     map: &ScalarMap,
     normalization: &Normalization,
-) -> Vec<Interval> {
+) -> Result<Vec<Interval>, Error> {
     let value = |knot: &Knot| {
         let [r, g, b] = color(knot.color).to_array();
         [r, g, b, normalization.extinction(knot.extinction)]
@@ -45,6 +49,14 @@ pub fn intervals(
         padding: 0,
     };
     let knots = transfer_function.knots();
+    if knots.len() > MOST_KNOTS {
+        return Err(Error::TooLarge {
+            what: "the transfer function on a GPU".into(),
+            needed: knots.len() as u64,
+            limit: MOST_KNOTS as u64,
+            unit: "knots",
+        });
+    }
     let (first, last) = (&knots[0], &knots[knots.len() - 1]);
     // Twice as far as any scalar.
     let beyond = 2.0 * HUGE as f32;
@@ -66,12 +78,32 @@ pub fn intervals(
         value(last),
         value(last),
     ));
-    intervals
+    Ok(intervals)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn more_knots_than_a_loop_may_have_are_refused() {
+        let of = |count: usize| {
+            let knot = |i: usize| Knot {
+                scalar: i as f64,
+                color: tetrascope_core::glam::DVec3::ONE,
+                extinction: 1.0,
+            };
+            let tf = TransferFunction::new((0..count).map(knot).collect()).expect("sorted");
+            let unit = Normalization {
+                center: tetrascope_core::glam::DVec3::ZERO,
+                scale: 1.0,
+            };
+            intervals(&tf, &ScalarMap::of(&tf), &unit)
+        };
+        assert_eq!(of(MOST_KNOTS).expect("as many").len(), MOST_KNOTS + 1);
+        let error = of(MOST_KNOTS + 1).expect_err("one more").to_string();
+        assert!(error.contains("knots"), "{error}");
+    }
 
     #[test]
     fn interval_has_the_layout_of_its_twin() {

@@ -26,9 +26,6 @@ pub(crate) const TRANSFORMED_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 /// Intervals a row of the transfer function, three texels each, as in `transfer.wgsl`.
 const INTERVALS_PER_ROW: u32 = 256;
 
-/// Cells name intervals in 16 bits.
-const MOST_INTERVALS: usize = 1 << 16;
-
 /// The size of a texture with `count` items, `per_row` in each row.
 fn texels(count: usize, per_row: u32) -> (u32, u32) {
     let rows = (count as u64).div_ceil(per_row.into()).max(1);
@@ -206,15 +203,7 @@ impl Look {
     ) -> Result<Look, Error> {
         let (appearance, map) = (looked.appearance, &field.map);
         let tf = &appearance.transfer_function;
-        let mut intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization);
-        if intervals.len() > MOST_INTERVALS {
-            return Err(Error::TooLarge {
-                what: "the transfer function".into(),
-                needed: intervals.len() as u64 - 1,
-                limit: MOST_INTERVALS as u64 - 1,
-                unit: "knots",
-            });
-        }
+        let mut intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization)?;
         let source = preintegration::Source {
             integration: looked.integration,
             model: appearance.optical_model,

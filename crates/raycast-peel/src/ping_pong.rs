@@ -58,7 +58,7 @@ impl Style {
             &appearance.transfer_function,
             &mesh.scalar_map,
             &mesh.normalization,
-        );
+        )?;
         let per_cell = mesh.source.scalars().association == Association::Cell;
         let model = model_constant(appearance.optical_model);
         let segments = Segments {

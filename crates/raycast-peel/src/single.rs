@@ -74,7 +74,7 @@ impl Style {
             &appearance.transfer_function,
             &mesh.scalar_map,
             &mesh.normalization,
-        );
+        )?;
         let segments = Segments {
             mesh: &mesh.source,
             scale: mesh.normalization.scale,

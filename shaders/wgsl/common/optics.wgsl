@@ -12,7 +12,8 @@ override DEEPEST: f32 = 1e30;
 // goes linearly from `front` to `back` over `length` ≥ 0, normalized. In
 // MAXIMUM_INTENSITY the greatest color.
 //
-// Split at the knots, in ray order, so each piece is linear in extinction and color.
+// Split at the knots, in ray order, so each piece is linear in extinction and color. Ends
+// behind the opaque depth: so all pieces together have few parts of `attenuated_light`.
 fn integrate(front: f32, back: f32, length: f32) -> vec4f {
     let rising = front <= back;
     let whole = abs(back - front);
@@ -36,7 +37,8 @@ fn integrate(front: f32, back: f32, length: f32) -> vec4f {
             end = start;
         }
         sum = add_piece(sum, start, end, share);
-        if select(i.low <= back, i.high >= back, rising) {
+        let is_opaque = MODEL == EMISSION_ABSORPTION && sum.w > OPAQUE;
+        if select(i.low <= back, i.high >= back, rising) || is_opaque {
             break;
         }
         // The outer intervals reach beyond every scalar, so the walk stays inside.

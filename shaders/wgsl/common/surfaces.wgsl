@@ -2,8 +2,8 @@
 //
 // Scalars are in the unit of `ScalarMap`. The counterpart of
 // `tetrascope_core::appearance`.
-// Needs: `fn look_of(i: u32) -> vec4f`: color and value of each surface, then of each
-//        light the unit vector toward it and its color.
+// Needs: `fn look_of(i: u32) -> vec4f`: color and value of each surface, by value; then of
+//        each light the unit vector toward it and its color.
 // With: common/look.wgsl
 
 // The first surface that a stretch meets on which the scalar goes linearly from `front`
@@ -13,20 +13,40 @@ struct Crossing {
     share: f32,   // where, of the stretch
 }
 
+fn nearest_crossing(front: f32, back: f32) -> Crossing {
+    let surface = first_between(front, back);
+    if surface == look.surface_count {
+        return Crossing(surface, 2.0);
+    }
+    return Crossing(surface, saturate((look_of(surface).w - front) / (back - front)));
+}
+
+// The surface that is met first where the scalar goes from `front` to `back` without
+// turning back; surface_count if there is none.
+//
 // One end is below the value and the other is not, so that a chain of stretches
 // misses no surface and doubles none.
-fn nearest_crossing(front: f32, back: f32) -> Crossing {
-    var nearest = Crossing(look.surface_count, 2.0);
-    for (var i = 0u; i < look.surface_count; i += 1u) {
-        let value = look_of(i).w;
-        if (front < value) != (back < value) {
-            let share = saturate((value - front) / (back - front));
-            if share < nearest.share {
-                nearest = Crossing(i, share);
-            }
+fn first_between(front: f32, back: f32) -> u32 {
+    // How many are at or below the front, by bisection.
+    var first = 0u;
+    var end = look.surface_count;
+    while first < end {
+        let middle = (first + end) / 2u;
+        if look_of(middle).w <= front {
+            first = middle + 1u;
+        } else {
+            end = middle;
         }
     }
-    return nearest;
+    // On the way up the next one, on the way down the last of those.
+    let rising = front < back;
+    let there = select(first > 0u, first < look.surface_count, rising);
+    if !there {
+        return look.surface_count;
+    }
+    let surface = select(first - 1u, first, rising);
+    let value = look_of(surface).w;
+    return select(look.surface_count, surface, (front < value) != (back < value));
 }
 
 // What a surface sends to the eye, before the cue. `gradient` is normal to it, of any

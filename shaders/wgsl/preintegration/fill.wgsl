@@ -22,14 +22,16 @@ fn cs_fill(@builtin(global_invocation_id) at: vec3u) {
     let last = f32(TABLE_SIDE - 1u);
     let front = scalar_at(at.x, last);
     let back = scalar_at(at.y, last);
-    if !has_opacities() {
-        // Of unit length: light, optical depth, or the greatest color.
-        put(at, integrate(front, back, 1.0));
-        return;
+    // Of unit length: light, optical depth, or the greatest color.
+    var length = 1.0;
+    if has_opacities() {
+        length = select(TABLE_LENGTH * (f32(at.z) / last), TABLE_LENGTH, TABLE_IS_FIXED);
     }
-    let length = select(TABLE_LENGTH * (f32(at.z) / last), TABLE_LENGTH, TABLE_IS_FIXED);
-    let sum = integrate(front, back, length);
-    put(at, vec4f(sum.xyz, opacity(sum.w)));
+    var sum = integrate(front, back, length);
+    if has_opacities() {
+        sum.w = opacity(sum.w);
+    }
+    put(at, sum);
 }
 
 // Exact at both ends.

@@ -121,31 +121,21 @@ fn next_plane(slab: Slab, at: f32) -> f32 {
     return next;
 }
 
-// The first surface that a cubic meets, after a joint from `last` to its front.
+// The first surface that a cubic meets, after a joint from `last` to its front; the share
+// is 2 if there is none. Between its extremes a cubic rises or falls.
 fn first_on_cubic(b: vec4f, last: f32) -> Crossing {
-    var nearest = Crossing(look.surface_count, 2.0);
-    for (var i = 0u; i < look.surface_count; i += 1u) {
-        let value = look_of(i).w;
-        let share = first_place(b - value, last - value);
-        if share < nearest.share {
-            nearest = Crossing(i, share);
-        }
-    }
-    return nearest;
-}
-
-// Where a cubic, or the joint before it, first passes from below 0 to 0 and above, or
-// back; 2 if it does not. Between its extremes it rises or falls.
-fn first_place(d: vec4f, last: f32) -> f32 {
-    if (last < 0.0) != (d.x < 0.0) {
-        return 0.0;
+    let joint = first_between(last, b.x);
+    if joint != look.surface_count {
+        return Crossing(joint, 0.0);
     }
     // The curve stays between its coefficients.
-    if all(d < vec4f(0.0)) || all(d >= vec4f(0.0)) {
-        return 2.0;
+    let least = min(min(b.x, b.y), min(b.z, b.w));
+    let greatest = max(max(b.x, b.y), max(b.z, b.w));
+    if first_between(least, greatest) == look.surface_count {
+        return Crossing(look.surface_count, 2.0);
     }
     // A third of the derivative is e.x (1−s)² + 2 e.y s (1−s) + e.z s².
-    let e = d.yzw - d.xyz;
+    let e = b.yzw - b.xyz;
     let discriminant = e.y * e.y - e.x * e.z;
     let slope = e.y - e.x;
     let q = -(slope + select(-1.0, 1.0, slope >= 0.0) * sqrt(max(discriminant, 0.0)));
@@ -154,15 +144,19 @@ fn first_place(d: vec4f, last: f32) -> f32 {
     let first = inside(q, a, discriminant);
     let second = inside(e.x, q, discriminant);
     let places = vec4f(0.0, min(first, second), max(first, second), 1.0);
-    var front = d.x;
+    var front = b.x;
     for (var part = 0u; part < 3u; part++) {
-        let back = select(cubic_at(d, places[part + 1u]), d.w, part == 2u);
-        if (front < 0.0) != (back < 0.0) {
-            return place_between(d, places[part], places[part + 1u], front < 0.0);
+        let there = clamp(cubic_at(b, places[part + 1u]), least, greatest);
+        let back = select(there, b.w, part == 2u);
+        let surface = first_between(front, back);
+        if surface != look.surface_count {
+            let d = b - look_of(surface).w;
+            let share = place_between(d, places[part], places[part + 1u], front < back);
+            return Crossing(surface, share);
         }
         front = back;
     }
-    return 2.0;
+    return Crossing(look.surface_count, 2.0);
 }
 
 // a / b if that is in (0, 1) and a root is real, else 1.

@@ -38,7 +38,10 @@ impl Lighting {
     /// default ambient light, a surface seen face-on has its own color.
     pub const HEADLIGHT: f64 = 0.8;
 
-    /// Refuses lights without a direction and colors that are none.
+    /// The most lights: each costs every pixel a pass of a loop.
+    pub const MOST_LIGHTS: usize = 256;
+
+    /// Refuses lights without a direction, invalid colors, and too many lights.
     pub fn validate(&self) -> Result<(), Error> {
         let wrong = |what: String, help: &str| {
             Err(Error::Invalid {
@@ -49,6 +52,10 @@ impl Lighting {
         if !(self.ambient.is_finite() && self.ambient >= 0.0) {
             let what = format!("ambient light of {}", self.ambient);
             return wrong(what, "give 0 or more; 0.2 is usual");
+        }
+        if self.lights.len() > Lighting::MOST_LIGHTS {
+            let help = format!("give at most {}", Lighting::MOST_LIGHTS);
+            return wrong(format!("{} lights", self.lights.len()), &help);
         }
         for light in &self.lights {
             let length = light.toward.length();

@@ -23,7 +23,7 @@ pub(crate) struct Probe {
 /// are their own map.
 pub(crate) fn intervals_of(tf: &TransferFunction) -> Vec<Interval> {
     let normalization = Normalization::of(&Bounds::of([DVec3::NEG_ONE, DVec3::ONE]));
-    intervals(tf, &ScalarMap::of(tf), &normalization)
+    intervals(tf, &ScalarMap::of(tf), &normalization).expect("few knots")
 }
 
 /// The table of `tf`, for segments up to `longest`, or all as long as that.

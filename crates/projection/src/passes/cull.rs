@@ -358,6 +358,7 @@ mod tests {
                 let layout = CellLayout::SharedVertices;
                 let field = Field::upload(&gpu, &geometry, &mesh, map, layout).expect("it fits");
                 let intervals = intervals(&function(), &map, &geometry.normalization);
+                let intervals = intervals.expect("few knots");
                 for model in OpticalModel::ALL {
                     let expected = (0..mesh.cell_count())
                         .filter(|cell| is_shown(&mesh, *cell, model, &isovalues));

@@ -3,6 +3,7 @@
 
 use tetrascope_core::glam::DMat4;
 use tetrascope_core::{Appearance, Error};
+use tetrascope_gpu::look::surfaces;
 use tetrascope_gpu::passes::{READ, TEXELS, UNIFORM, group, layout, module, pipeline_layout};
 use tetrascope_gpu::wgpu::{
     self, BindingResource, BufferUsages, ShaderStages, TextureFormat, TextureUsages,
@@ -298,7 +299,7 @@ impl SurfaceData {
             SurfaceSearch::Exact => (0, vec![0]),
             SurfaceSearch::Table { n, thickness } => {
                 search.validate()?;
-                let values = appearance.isosurfaces.iter();
+                let values = surfaces(appearance).into_iter();
                 let values: Vec<f32> = values.map(|s| map.scalar(s.value)).collect();
                 (n, thickened(&values, n, thickness, range))
             }

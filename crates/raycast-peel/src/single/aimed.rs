@@ -222,6 +222,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
     let map = &single.mesh.scalar_map;
     let normalization = &single.mesh.normalization;
     let intervals = intervals(&appearance.transfer_function, map, normalization);
+    let intervals = intervals.expect("few knots");
     let constants =
         constants(gpu, &single.mesh, &appearance, &intervals, &options).expect("constants");
     let points: Vec<Vec3> = source

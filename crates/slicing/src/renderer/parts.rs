@@ -60,7 +60,7 @@ impl Parts<'_> {
         };
         let by_gpu = options.traversal == Traversal::Gpu && voxels.is_complete();
         let cull = by_gpu.then(|| CullData::new(gpu, &volume.octree, table, &voxels));
-        let knots: Vec<Interval> = intervals(tf, &map, &volume.normalization);
+        let knots: Vec<Interval> = intervals(tf, &map, &volume.normalization)?;
         let knots = gpu.upload("the transfer function", &knots, BufferUsages::STORAGE)?;
         // No slab is longer; a little more for rounding.
         let longest = volume.lattice.spacing.min_element() / options.slices_per_voxel;

@@ -5,6 +5,7 @@ mod bricks;
 mod convergence;
 mod features;
 mod frames;
+mod loops;
 mod real_data;
 mod support;
 mod surfaces;

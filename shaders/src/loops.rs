@@ -1,0 +1,151 @@
+//! Every loop of every program: what bounds it, and the greatest number of its passes.
+//!
+//! Devices end loops that take too long. Some say so (a watchdog, and the device is lost);
+//! others do not: Mesa's llvmpipe gives eight neighboring invocations together
+//! [`MOST_PASSES`] passes of all their loops in one dispatch or draw, then ends the loop
+//! that they are in and goes on behind it as if it were done. So no program may rely on a
+//! loop that grows with the scene: its passes are bounded by a constant, by a limit that
+//! its crate refuses to exceed, or by a budget for one dispatch, after which another one
+//! goes on from what this one has stored.
+//!
+//! [`LOOPS`] says which. A test holds it to the files, and adds up for every entry point
+//! what its loops, nested as they are, come to at most.
+
+/// The passes of all loops that eight neighboring invocations together may take in one
+/// dispatch or draw.
+///
+/// On llvmpipe (Mesa 22.3 to 25; `LP_MAX_TGSI_LOOP_ITERATIONS`) a pass counts while any of
+/// the eight is in it, and so does the last test, which fails: n passes count n + 1.
+pub const MOST_PASSES: u64 = 65_535;
+
+/// One loop of a function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Loop {
+    /// The file in `wgsl/`.
+    pub file: &'static str,
+    /// The function; its loops are listed in the order in which they begin.
+    pub function: &'static str,
+    /// How often it is passed each time that it is come to.
+    pub passes: Passes,
+    /// What bounds it.
+    pub bound: &'static str,
+}
+
+/// How often eight neighbors together pass a loop each time that they come to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passes {
+    /// At most so often; each pass also costs what the loops inside of it do.
+    AtMost(u64),
+    /// At most so often with the loops inside of it, which are [`Passes::Counted`]: their
+    /// passes are few in sum, though each may have many.
+    InAll(u64),
+    /// In a loop around it, in this function or in one that calls it, which is
+    /// [`Passes::InAll`].
+    Counted,
+    /// As often as the scene has of something, which nothing bounds.
+    Grows,
+}
+
+use Passes::{AtMost, Counted, Grows, InAll};
+
+/// The most intervals of a transfer function on the device: one more than
+/// [`MOST_KNOTS`], as the first and the last reach beyond the knots.
+const MOST_INTERVALS: u64 = MOST_KNOTS as u64 + 1;
+
+/// The most knots of a transfer function on the device; `tetrascope-gpu` refuses more.
+///
+/// A segment that spans all of its intervals takes three passes for each: one of the loop
+/// over them, and one and a test of the loop over parts of an optical depth of 1.
+pub const MOST_KNOTS: usize = 1 << 14;
+
+/// The most lights of an appearance, as `tetrascope-core` has it.
+pub const MOST_LIGHTS: usize = 256;
+
+const fn of(
+    file: &'static str,
+    function: &'static str,
+    passes: Passes,
+    bound: &'static str,
+) -> Loop {
+    Loop {
+        file,
+        function,
+        passes,
+        bound,
+    }
+}
+
+/// All loops, file by file.
+#[rustfmt::skip]
+pub const LOOPS: &[Loop] = &[
+    of("common/cue.wgsl", "integrate_cued", InAll(3 * MOST_INTERVALS + 8 * 50), "knots; ends at the opaque depth, so that all parts beyond the first of each piece are 48"),
+    of("common/cue.wgsl", "add_cued_parts", Counted, "24 parts of a piece, in integrate_cued"),
+    of("common/look.wgsl", "clip_ray", AtMost(16), "clip planes, MAX_CLIP_PLANES"),
+    of("common/optics.wgsl", "integrate", InAll(3 * MOST_INTERVALS + 8 * 20), "knots; ends at the opaque depth, so that all parts beyond the first of each piece are 18"),
+    of("common/optics.wgsl", "attenuated_light", Counted, "18 parts of a piece, in integrate"),
+    of("common/sides.wgsl", "sides", AtMost(6), "edges of a cell"),
+    of("common/surfaces.wgsl", "first_between", AtMost(32), "bisection"),
+    of("common/surfaces.wgsl", "shade", AtMost(MOST_LIGHTS as u64), "lights, MOST_LIGHTS of tetrascope-core"),
+    of("common/transfer_function.wgsl", "find_interval", AtMost(32), "bisection"),
+
+    of("slicing/box_plane.wgsl", "vs_slice", AtMost(4), "edges of a path"),
+    of("slicing/cull.wgsl", "cs_scan", AtMost(32), "blocks of 256 boxes of the deepest level, 2²¹, for each of 256 threads"),
+    of("slicing/cull.wgsl", "cs_scan", AtMost(32), "the same"),
+    of("slicing/cull.wgsl", "place_of", AtMost(7), "levels of the octree, MAX_LEVEL"),
+    of("slicing/cull.wgsl", "place_of", AtMost(3), "axes"),
+    of("slicing/cull.wgsl", "shows", AtMost(21), "five planes of the frustum and the clip planes"),
+    of("slicing/cull.wgsl", "sum_before", AtMost(8), "halvings of a workgroup"),
+    of("slicing/slab.wgsl", "slab_of", AtMost(3), "axes"),
+    of("slicing/slab.wgsl", "gradient_at", AtMost(3), "axes"),
+    of("slicing/surface.wgsl", "first_in_cells", AtMost(13), "cells that a slab crosses, MOST_CELLS"),
+    of("slicing/surface.wgsl", "next_plane", AtMost(3), "axes"),
+    of("slicing/surface.wgsl", "first_on_cubic", AtMost(3), "parts of a cubic"),
+    of("slicing/surface.wgsl", "place_between", AtMost(24), "halvings of a bracket"),
+    of("slicing/surface.wgsl", "corrected", AtMost(8), "CORRECTIONS"),
+
+    of("sort/count.wgsl", "cs_count", AtMost(16), "items of a thread"),
+    of("sort/scan.wgsl", "cs_scan", AtMost(4096), "digits of 65 536 blocks, MOST_BLOCKS of tetrascope-gpu, for each of 256 threads"),
+    of("sort/scan.wgsl", "cs_scan", AtMost(8), "halvings of a workgroup"),
+    of("sort/scan.wgsl", "cs_scan", AtMost(4096), "the same"),
+    of("sort/scatter.wgsl", "cs_scatter", AtMost(16), "items of a thread"),
+    of("sort/scatter.wgsl", "cs_scatter", AtMost(8), "words of a thread"),
+    of("sort/scatter.wgsl", "cs_scatter", AtMost(8), "halvings of a workgroup"),
+    of("sort/scatter.wgsl", "cs_scatter", AtMost(8), "words of a thread"),
+    of("sort/scatter.wgsl", "cs_scatter", AtMost(16), "items of a thread"),
+
+    of("projection/compact.wgsl", "add_up", AtMost(8), "halvings of a workgroup"),
+    of("projection/compact.wgsl", "cs_scan", Grows, "cells"),
+    of("projection/compact.wgsl", "cs_scan", Grows, "cells"),
+    of("projection/compact.wgsl", "cs_compact", Grows, "pieces of a cell"),
+    of("projection/composite.wgsl", "fs_composite", Grows, "fragments of a pixel"),
+    of("projection/composite.wgsl", "sorted", Grows, "fragments of a pixel"),
+    of("projection/composite.wgsl", "sorted", Grows, "fragments of a pixel"),
+    of("projection/composite.wgsl", "sorted", Grows, "fragments of a pixel"),
+    of("projection/composite.wgsl", "cut_run", Grows, "fragments of a pixel"),
+    of("projection/judge.wgsl", "cs_judge", AtMost(8), "halvings of a workgroup"),
+    of("projection/judge.wgsl", "parts_of", AtMost(64), "MOST_LOOKED_AT"),
+    of("projection/judge.wgsl", "isovalue_in", AtMost(32), "bisection"),
+    of("projection/pieces.wgsl", "choose_piece", AtMost(MOST_INTERVALS), "knots"),
+    of("projection/segment.wgsl", "integrate_within", Grows, "knots, and parts of each piece"),
+
+    of("raycast_peel/march.wgsl", "peeled_faces", Grows, "layers"),
+    of("raycast_peel/march.wgsl", "search", Grows, "boundary faces of a tile"),
+    of("raycast_peel/march.wgsl", "follow", Grows, "cells on a ray"),
+    of("raycast_peel/march.wgsl", "gather_exactly", Grows, "knots between two cells' scalars"),
+    of("raycast_peel/march.wgsl", "trace", Grows, "paths of a ray"),
+];
+
+/// Entry points with loops that grow with the scene: program, entry point.
+pub const GROWING: &[(&str, &str)] = &[
+    ("projection::CELL", "fs_cell"),
+    ("projection::COMPACT", "cs_compact"),
+    ("projection::COMPACT", "cs_scan"),
+    ("projection::COMPOSITE", "fs_composite"),
+    ("projection::FILL", "fs_fill"),
+    ("raycast_peel::AIM", "cs_aim"),
+    ("raycast_peel::AIM", "cs_cast"),
+    ("raycast_peel::MARCH", "cs_cast"),
+];
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,238 @@
+//! The table against the files.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use naga::{Arena, Block, Expression, Function, Handle, Module, Statement};
+
+use super::*;
+use crate::PROGRAMS;
+
+/// The files of `wgsl/` with their text.
+fn files() -> Vec<(String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("wgsl");
+    let entries = |path: &Path| {
+        let entries = std::fs::read_dir(path).expect("the crate has shaders");
+        entries.map(|entry| entry.expect("readable").path())
+    };
+    let mut files = Vec::new();
+    for file in entries(&root).flat_map(|folder| entries(&folder).collect::<Vec<_>>()) {
+        let name = file
+            .strip_prefix(&root)
+            .expect("below it")
+            .to_string_lossy();
+        let text = std::fs::read_to_string(&file).expect("WGSL is text");
+        files.push((name.replace('\\', "/"), text));
+    }
+    files
+}
+
+fn has_function(text: &str, function: &str) -> bool {
+    let begins = format!("fn {function}(");
+    text.lines().any(|line| line.starts_with(&begins))
+}
+
+/// Whether a pipeline's constants alone decide it.
+fn is_fixed(expressions: &Arena<Expression>, condition: Handle<Expression>) -> bool {
+    match expressions[condition] {
+        Expression::Override(_) | Expression::Constant(_) | Expression::Literal(_) => true,
+        Expression::Unary { expr, .. } => is_fixed(expressions, expr),
+        Expression::Binary { left, right, .. } => {
+            is_fixed(expressions, left) && is_fixed(expressions, right)
+        }
+        _ => false,
+    }
+}
+
+/// What the loops of a block take at most, loop by loop of the function in `table`.
+struct Counter<'a> {
+    module: &'a Module,
+    /// The files that the program is made of.
+    parts: Vec<&'a (String, String)>,
+    /// What each function came to.
+    known: RefCell<BTreeMap<String, Option<u64>>>,
+}
+
+/// Loops of a function that were met, and the passes up to now; `None` where some grows.
+struct Met {
+    loops: usize,
+    passes: Option<u64>,
+}
+
+impl Counter<'_> {
+    fn new<'a>(module: &'a Module, files: &'a [(String, String)], source: &str) -> Counter<'a> {
+        let is_part = |f: &&(String, String)| source.contains(f.1.as_str());
+        Counter {
+            module,
+            parts: files.iter().filter(is_part).collect(),
+            known: RefCell::default(),
+        }
+    }
+
+    /// The file of the program that has this function.
+    fn file_of(&self, function: &str) -> &str {
+        let mut found = self.parts.iter().filter(|f| has_function(&f.1, function));
+        let (name, _) = found.next().expect("every function is in a file");
+        assert!(found.next().is_none(), "{function} is in two files");
+        name
+    }
+
+    fn loops_of(&self, function: &str) -> Vec<Loop> {
+        let file = self.file_of(function);
+        let of = |l: &&Loop| l.file == file && l.function == function;
+        LOOPS.iter().filter(of).copied().collect()
+    }
+
+    /// The passes of all loops of a function and of those that it calls; `None` where some
+    /// grows.
+    fn function(&self, name: &str, function: &Function) -> Option<u64> {
+        if let Some(known) = self.known.borrow().get(name) {
+            return *known;
+        }
+        let table = self.loops_of(name);
+        let mut met = Met {
+            loops: 0,
+            passes: Some(0),
+        };
+        self.block(function, &function.body, &table, &mut met);
+        assert_eq!(
+            met.loops,
+            table.len(),
+            "loops of {name} in {}, and how many of them `LOOPS` lists",
+            self.file_of(name)
+        );
+        self.known.borrow_mut().insert(name.into(), met.passes);
+        met.passes
+    }
+
+    fn block(&self, function: &Function, block: &Block, table: &[Loop], met: &mut Met) {
+        for statement in block.iter() {
+            match statement {
+                Statement::Block(inner) => self.block(function, inner, table, met),
+                Statement::If {
+                    condition,
+                    accept,
+                    reject,
+                } => {
+                    let before = met.passes;
+                    self.block(function, accept, table, met);
+                    let accepted = met.passes;
+                    // Neighbors may take both sides, but not of what a pipeline decides.
+                    let either = is_fixed(&function.expressions, *condition);
+                    if either {
+                        met.passes = before;
+                    }
+                    self.block(function, reject, table, met);
+                    if either {
+                        met.passes = met.passes.zip(accepted).map(|(a, b)| a.max(b));
+                    }
+                }
+                Statement::Switch { cases, .. } => {
+                    for case in cases {
+                        self.block(function, &case.body, table, met);
+                    }
+                }
+                Statement::Call { function, .. } => {
+                    let called = &self.module.functions[*function];
+                    let called = self.function(called.name.as_deref().unwrap_or(""), called);
+                    met.passes = met.passes.zip(called).map(|(a, b)| a.saturating_add(b));
+                }
+                Statement::Loop {
+                    body, continuing, ..
+                } => {
+                    let own = table.get(met.loops).map(|l| l.passes);
+                    let own = own.expect("a loop is not in `LOOPS`");
+                    met.loops += 1;
+                    let before = met.passes.replace(0);
+                    self.block(function, body, table, met);
+                    self.block(function, continuing, table, met);
+                    let inner = met.passes;
+                    let all = match own {
+                        AtMost(n) => inner.map(|i| n.saturating_mul(1 + i).saturating_add(1)),
+                        InAll(n) => Some(n),
+                        Counted => Some(0),
+                        Grows => None,
+                    };
+                    met.passes = before.zip(all).map(|(a, b)| a.saturating_add(b));
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// The most passes of each entry point, `None` where a loop grows.
+fn entry_points() -> BTreeMap<(&'static str, String), Option<u64>> {
+    let files = files();
+    let mut all = BTreeMap::new();
+    for (program, source) in PROGRAMS {
+        let module = naga::front::wgsl::parse_str(source).expect("every program is valid");
+        let counter = Counter::new(&module, &files, source);
+        for (_, function) in module.functions.iter() {
+            counter.function(function.name.as_deref().unwrap_or(""), function);
+        }
+        for entry in &module.entry_points {
+            let passes = counter.function(&entry.name, &entry.function);
+            all.insert((program, entry.name.clone()), passes);
+        }
+    }
+    all
+}
+
+/// Every loop is in the table, and no entry point can come to more passes than a device
+/// allows, but for those that are named.
+#[test]
+fn every_loop_is_bounded() {
+    let mut growing = Vec::new();
+    for ((program, entry), passes) in entry_points() {
+        match passes {
+            None => growing.push((program, entry)),
+            Some(passes) => {
+                println!("{program} {entry}: {passes}");
+                assert!(passes <= MOST_PASSES, "{program} {entry}: {passes} passes");
+            }
+        }
+    }
+    let named: Vec<(&str, String)> = GROWING.iter().map(|(p, e)| (*p, (*e).into())).collect();
+    assert_eq!(growing, named, "entry points with loops that grow");
+}
+
+/// Every line of the table is a loop of a function that there is.
+#[test]
+fn the_table_lists_no_loop_that_is_gone() {
+    let files = files();
+    for l in LOOPS {
+        let text = files.iter().find(|(name, _)| name == l.file);
+        let (_, text) = text.unwrap_or_else(|| panic!("there is no {}", l.file));
+        let there = has_function(text, l.function);
+        assert!(there, "{} has no {}", l.file, l.function);
+        assert!(!l.bound.is_empty());
+    }
+}
+
+/// A loop that the table does not know, and one that grows too far, are seen.
+#[test]
+fn the_test_can_fail() {
+    let files = vec![(
+        "slicing/surface.wgsl".to_string(),
+        "fn place_between(n: u32) -> u32 { var m = 0u; for (var i = 0u; i < n; i++) { m += 1u; \
+         for (var j = 0u; j < n; j++) { m += 1u; } } return m; }"
+            .to_string(),
+    )];
+    let source = &files[0].1;
+    let module = naga::front::wgsl::parse_str(source).expect("valid");
+    let counter = Counter::new(&module, &files, source);
+    let (_, function) = module.functions.iter().next().expect("there is one");
+    let count = || counter.function("place_between", function);
+    let unlisted = std::panic::catch_unwind(std::panic::AssertUnwindSafe(count));
+    assert!(unlisted.is_err(), "the inner loop is not in the table");
+    let twice = [of("", "", AtMost(300), ""), of("", "", AtMost(299), "")];
+    let mut met = Met {
+        loops: 0,
+        passes: Some(0),
+    };
+    counter.block(function, &function.body, &twice, &mut met);
+    assert_eq!(met.passes, Some(300 * (1 + 300) + 1));
+    assert!(met.passes > Some(MOST_PASSES));
+}
