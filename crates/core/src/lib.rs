@@ -43,4 +43,4 @@ pub use renderer::VolumeRenderer;
 pub use scene::{Scene, SceneFile};
 pub use transfer_function::{Knot, TransferFunction};
 pub use view::View;
-pub use volume::{Bounds, Volume};
+pub use volume::{Bounds, Volume, is_value};

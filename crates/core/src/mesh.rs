@@ -15,7 +15,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::{Bounds, Error};
+use crate::{Bounds, Error, is_value};
 
 pub use adjacency::FACES;
 pub use boundary::BoundaryStatistics;
@@ -57,7 +57,8 @@ pub struct Scalars {
     pub name: String,
     /// Where the values live.
     pub association: Association,
-    /// One a point or one an input cell; NaN is transparent.
+    /// One for each point or each input cell. What is no value ([`is_value`]) becomes NaN in
+    /// a [`TetMesh`], and cells that have it are transparent.
     pub values: Vec<f64>,
 }
 
@@ -249,7 +250,7 @@ impl TetMesh {
         TetMesh::assemble(Arc::new(geometry), scalars)
     }
 
-    fn assemble(geometry: Arc<Geometry>, scalars: Scalars) -> Result<TetMesh, Error> {
+    fn assemble(geometry: Arc<Geometry>, mut scalars: Scalars) -> Result<TetMesh, Error> {
         let (expected, per) = match scalars.association {
             Association::Point => (geometry.points.len(), "points"),
             Association::Cell => (geometry.input_cell_count, "cells"),
@@ -260,6 +261,10 @@ impl TetMesh {
                 scalars.name,
                 scalars.values.len()
             )));
+        }
+        // From here on, what is no value is NaN.
+        for value in scalars.values.iter_mut().filter(|v| !is_value(**v)) {
+            *value = f64::NAN;
         }
         Ok(TetMesh {
             geometry,

@@ -93,11 +93,10 @@ impl<'a> RayIntegral<'a> {
 
     /// Adds the next segment, behind all that were added before.
     ///
-    /// A segment with a NaN scalar is transparent, and one that has no length
-    /// adds nothing, in `MaximumIntensity` too. Where the scalar is constant and
+    /// A segment with a scalar that is not finite is transparent, and one that has no
+    /// length adds nothing, in `MaximumIntensity` too. Where the scalar is constant and
     /// on a step of the transfer function, both sides count half
-    /// ([`TransferFunction::sample`]). An infinite scalar reaches over the whole
-    /// segment, whose scalar is then infinite everywhere but in one point.
+    /// ([`TransferFunction::sample`]).
     #[inline]
     pub fn add(&mut self, segment: &Segment) {
         self.add_cued(segment, NO_CUE);
@@ -112,7 +111,7 @@ impl<'a> RayIntegral<'a> {
             back,
             length,
         } = segment;
-        if length.is_nan() || length <= 0.0 {
+        if length.is_nan() || length <= 0.0 || !(front.is_finite() && back.is_finite()) {
             return;
         }
         // An infinite length times no extinction would be NaN.
@@ -133,16 +132,8 @@ impl<'a> RayIntegral<'a> {
     }
 
     /// Adds a segment that is not, or not wholly, in the current interval.
-    fn add_elsewhere(&mut self, mut front: f64, mut back: f64, length: f64, cue: [f64; 2]) {
-        if front.is_infinite() && back.is_finite() {
-            back = front;
-        } else if back.is_infinite() && front.is_finite() {
-            front = back;
-        }
+    fn add_elsewhere(&mut self, front: f64, back: f64, length: f64, cue: [f64; 2]) {
         let intervals = self.transfer_function.intervals();
-        if front.is_nan() || back.is_nan() || (front.is_infinite() && front == -back) {
-            return;
-        }
         if front == back {
             let below = intervals.find(front, Side::Below);
             let above = intervals.find(front, Side::Above);

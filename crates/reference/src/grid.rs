@@ -7,8 +7,7 @@
 //! errors under 3e-14; `cue` has the same for light that fades with depth. `walk` finds the
 //! cells, `integral` adds them up, and `surface` finds isosurfaces in them.
 //!
-//! A cell with a NaN at a corner is transparent, and one with an infinity has that scalar
-//! throughout (or none, if there are infinities of both signs).
+//! A cell with a NaN or an infinity at a corner is transparent.
 //!
 //! # Error
 //! With u = 2⁻⁵³, a point of the ray is off by at most 64 u of its distance from the eye,
@@ -306,21 +305,16 @@ impl GridScene<'_> {
     }
 }
 
-/// The least and greatest corner, both infinite if one is; `None` if the cell is transparent.
+/// The least and greatest corner; `None` if one is not finite, and the cell transparent.
 fn range(corners: &[f64; 8]) -> Option<[f64; 2]> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for &corner in corners {
-        if corner.is_nan() {
+        if !corner.is_finite() {
             return None;
         }
         (low, high) = (low.min(corner), high.max(corner));
     }
-    match (low.is_finite(), high.is_finite()) {
-        (true, true) => Some([low, high]),
-        (true, false) => Some([high; 2]),
-        (false, true) => Some([low; 2]),
-        (false, false) => (low == high).then_some([low; 2]),
-    }
+    Some([low, high])
 }
 
 /// The scalar on a stretch of the line through a cell with these corners and their `range`.

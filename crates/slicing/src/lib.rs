@@ -43,9 +43,13 @@
 //!   is a cubic, and lit by the interpolant's gradient; [`Crossing::Corrected`],
 //!   [`Crossing::Linear`] and [`Gradient::CentralDifferences`] are what slices alone see.
 //! - *Interpolation is in f32* ([`Filtering::Exact`]); texture units have 8 bits.
+//! - *A cell with a sample that is not finite is transparent*: slabs are cut where rays enter
+//!   and leave such cells.
 //! - *Blending is in f32* where the device can.
 //!
 //! # Limits
+//! - [`Integration::PostClassified`] and [`SlabEnds::Whole`] are of first order where samples
+//!   are not finite: a slab is drawn whole, or not at all.
 //! - A picture has isosurfaces or a volume, as everywhere in this workspace; a surface in a
 //!   volume is a thin tent of the transfer function.
 //! - [`Crossing::Corrected`] and [`Crossing::Linear`] miss what a ray meets twice in a slab.

@@ -30,7 +30,7 @@ pub(crate) struct Octree {
     leaf: [usize; 3],
     levels: Vec<Ranges>,
     sample_type: SampleType,
-    /// Whether some sample is NaN.
+    /// Whether some sample is not finite, and so has no value.
     pub(crate) gaps: bool,
 }
 
@@ -38,7 +38,7 @@ pub(crate) struct Octree {
 #[derive(Debug)]
 struct Ranges {
     divisions: [usize; 3],
-    /// Least and greatest sample; empty (least above greatest) without any number.
+    /// Least and greatest sample; empty (least above greatest) without any that is finite.
     ranges: Vec<[f32; 2]>,
 }
 
@@ -350,7 +350,7 @@ pub(crate) fn places(divisions: [usize; 3]) -> impl Iterator<Item = Place> {
     (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])))
 }
 
-/// The least and greatest number of a part of `samples`, and whether there is a NaN.
+/// The least and greatest finite sample of a part of `samples`, and whether others are not.
 fn range(samples: &Samples, size: [usize; 3], part: Region) -> ([f32; 2], bool) {
     match samples {
         Samples::U8(v) => range_of(v, size, part),
@@ -369,10 +369,12 @@ fn range_of<T: Copy + Into<f32>>(all: &[T], size: [usize; 3], part: Region) -> (
             let start = part.low[0] + size[0] * (y + size[1] * z);
             for sample in &all[start..start + part.size[0]] {
                 let sample: f32 = (*sample).into();
-                // Both comparisons are false for NaN.
+                if !sample.is_finite() {
+                    gaps = true;
+                    continue;
+                }
                 low = if sample < low { sample } else { low };
                 high = if sample > high { sample } else { high };
-                gaps |= sample.is_nan();
             }
         }
     }

@@ -150,12 +150,13 @@ impl SlicingOptions {
 pub enum Integration {
     /// Post-classification (§7): the color and extinction of the sample in the middle,
     /// constant over the slab. Converges at second order where the transfer function is
-    /// smooth.
+    /// smooth and all samples have a value; at first order beside those that have none, as
+    /// a slab is drawn whole or not at all.
     PostClassified,
     /// The scalar varies linearly between the slab's two ends, split at the transfer
     /// function's knots, and each piece is integrated in closed form: pre-integration
     /// without a table. Converges at second order also where the transfer function has
-    /// steps.
+    /// steps and where samples have no value: slabs end there.
     Slabs,
 }
 

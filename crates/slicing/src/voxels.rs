@@ -14,7 +14,7 @@ use tetrascope_shaders::slicing::{SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED, SLI
 use crate::octree::{Octree, Place, Visibility, places};
 use crate::options::{Filtering, Level, SlicingOptions, Storage};
 
-/// Stored for a NaN: beyond `GAP` in `slice.wgsl`, also a small share of it.
+/// Stored for what is not finite: beyond `GAP` in `slab.wgsl`, also a small share of it.
 const GAP: f32 = 1e38;
 
 /// Scalars are clamped here, where any transfer function is constant, and far below `GAP`.
@@ -397,10 +397,10 @@ impl Voxels {
             Samples::I16(v) => write(bytemuck::cast_slice(&v)),
             Samples::F32(mut v) => {
                 for sample in &mut v {
-                    *sample = if sample.is_nan() {
-                        GAP
-                    } else {
+                    *sample = if sample.is_finite() {
                         self.map.scalar(f64::from(*sample)).clamp(-MOST, MOST)
+                    } else {
+                        GAP
                     };
                 }
                 write(bytemuck::cast_slice(&v))

@@ -38,6 +38,13 @@ fn between4(a: vec4f, b: vec4f, f: f32) -> vec4f {
     return clamp(a * (1.0 - f) + b * f, min(a, b), max(a, b));
 }
 
+// The interpolant at a point of the unit cube.
+fn value_in(c: Corners, place: vec3f) -> f32 {
+    let flat = between4(c.low, c.high, place.z);
+    let row = between2(flat.xy, flat.zw, place.y);
+    return between(row.x, row.y, place.x);
+}
+
 // The Bernstein coefficients of the interpolant on the straight way between two points of
 // the unit cube: a cubic. They are means of its polar form, in which each coordinate is
 // taken from either end.

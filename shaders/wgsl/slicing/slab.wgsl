@@ -7,7 +7,7 @@
 
 // Cut the first and the last slab of a ray where the volume ends; or count them whole.
 override CUT_ENDS: bool = true;
-// Whether there are samples that are no number: stored beyond GAP, and transparent.
+// Whether there are samples that are not finite: stored beyond GAP, and transparent.
 override GAPS: bool = false;
 const GAP: f32 = 1e30;
 // The gradient of the interpolant in its cell; or central differences.
@@ -94,6 +94,84 @@ fn scalar_at(lattice: vec3f, texel: vec3i) -> f32 {
 // What is read of the texture as a scalar. Integers lose a whole number, which is exact.
 fn scalar_of(raw: f32) -> f32 {
     return raw * frame.scalar_unit - frame.scalar_base;
+}
+
+// More cells than a slab crosses: along each axis a ray goes at most two voxels in it, so
+// that it meets at most three planes, and one more if rounding puts it just beside one.
+const MOST_CELLS: u32 = 13u;
+
+// The depth behind `at` where the ray crosses the next plane of samples.
+fn next_plane(slab: Slab, at: f32) -> f32 {
+    var next = FAR_AWAY;
+    for (var axis = 0u; axis < 3u; axis++) {
+        let slope = slab.along[axis];
+        if slope == 0.0 {
+            continue;
+        }
+        let place = slab.origin[axis] + at * slope;
+        let ahead = sign(slope);
+        var plane = select(ceil(place) - 1.0, floor(place) + 1.0, slope > 0.0);
+        if (plane - slab.origin[axis]) / slope <= at {
+            plane += ahead;
+        }
+        next = min(next, (plane - slab.origin[axis]) / slope);
+    }
+    return next;
+}
+
+fn has_gap(c: Corners) -> bool {
+    let greatest = max(c.low, c.high);
+    return GAPS && max(max(greatest.x, greatest.y), max(greatest.z, greatest.w)) >= GAP;
+}
+
+// What cells with gaps leave of a slab.
+struct Left {
+    scalars: vec2f, // where it begins and where it ends
+    front: f32,     // depths
+    back: f32,
+    depth: f32,     // from front to back without the gaps between; 0 if nothing is left
+    middle: f32,    // a depth that is not in a gap, in the middle if all is left
+}
+
+// Cells without gaps on both sides of one are taken for neighbors: the scalar changes by
+// about as much as a slab is long, and few slabs have any gaps, so what this errs by is of
+// second order.
+fn without_gaps(slab: Slab) -> Left {
+    var left = Left(vec2f(0.0), slab.back, slab.back, 0.0, slab.back);
+    var longest = 0.0;
+    var has_all = true;
+    var at = slab.front;
+    for (var n = 0u; n < MOST_CELLS; n++) {
+        let next = min(next_plane(slab, at), slab.back);
+        let cell = cell_of(slab.origin + 0.5 * (at + next) * slab.along);
+        let c = corners(cell + slab.texel);
+        if has_gap(c) {
+            has_all = false;
+        } else {
+            let enter = saturate(slab.origin + at * slab.along - vec3f(cell));
+            let leave = saturate(slab.origin + next * slab.along - vec3f(cell));
+            if left.depth == 0.0 {
+                left.front = at;
+                left.scalars.x = value_in(c, enter);
+            }
+            left.back = next;
+            left.scalars.y = value_in(c, leave);
+            left.depth += next - at;
+            if next - at > longest {
+                longest = next - at;
+                left.middle = 0.5 * (at + next);
+            }
+        }
+        if next >= slab.back {
+            break;
+        }
+        at = next;
+    }
+    if has_all {
+        left.depth = slab.back - slab.front;
+        left.middle = 0.5 * (slab.front + slab.back);
+    }
+    return left;
 }
 
 // The gradient at a point of the lattice, per voxel.

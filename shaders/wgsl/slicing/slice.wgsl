@@ -31,15 +31,25 @@ override SHININESS: f32 = 20.0;
 @fragment
 fn fs_slice(in: Varying) -> @location(0) vec4f {
     let slab = slab_of(in);
-    let front = slab.front;
-    let back = slab.back;
+    var front = slab.front;
+    var back = slab.back;
     if front >= back {
         discard;
     }
-    let middle = slab.origin + 0.5 * (front + back) * slab.along;
-    let thickness = (back - front) * select(1.0, stretched(slab), PER_RAY);
+    var depth = back - front;
+    var middle = slab.origin + 0.5 * (front + back) * slab.along;
     var scalars: vec2f;
-    if SLABS {
+    if GAPS && SLABS && CUT_ENDS {
+        let left = without_gaps(slab);
+        if left.depth <= 0.0 {
+            discard;
+        }
+        scalars = left.scalars;
+        front = left.front;
+        back = left.back;
+        depth = left.depth;
+        middle = slab.origin + left.middle * slab.along;
+    } else if SLABS {
         scalars.x = scalar_at(slab.origin + front * slab.along, slab.texel);
         scalars.y = scalar_at(slab.origin + back * slab.along, slab.texel);
     } else {
@@ -48,6 +58,7 @@ fn fs_slice(in: Varying) -> @location(0) vec4f {
     if GAPS && max(scalars.x, scalars.y) >= GAP {
         discard;
     }
+    let thickness = depth * select(1.0, stretched(slab), PER_RAY);
     var sum: vec4f;
     if CUED {
         let cue = vec2f(cue_in(slab, front), cue_in(slab, back));

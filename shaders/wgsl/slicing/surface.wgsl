@@ -68,10 +68,6 @@ fn fs_surface(in: Varying) -> Met {
     return Met(vec4f(color, 1.0), (hit.depth + frame.anchor_depth) * stretched(slab));
 }
 
-// More cells than a slab crosses: along each axis a ray goes at most two voxels in it, so
-// that it meets at most three planes, and one more if rounding puts it just beside one.
-const MOST_CELLS: u32 = 13u;
-
 fn first_in_cells(slab: Slab) -> Hit {
     var at = slab.front;
     // The scalar where the last cell was left, if that had one.
@@ -81,8 +77,7 @@ fn first_in_cells(slab: Slab) -> Hit {
         let next = min(next_plane(slab, at), slab.back);
         let cell = cell_of(slab.origin + 0.5 * (at + next) * slab.along);
         let c = corners(cell + slab.texel);
-        let greatest = max(c.low, c.high);
-        let gap = GAPS && max(max(greatest.x, greatest.y), max(greatest.z, greatest.w)) >= GAP;
+        let gap = has_gap(c);
         if !gap {
             let enter = saturate(slab.origin + at * slab.along - vec3f(cell));
             let leave = saturate(slab.origin + next * slab.along - vec3f(cell));
@@ -100,25 +95,6 @@ fn first_in_cells(slab: Slab) -> Hit {
         at = next;
     }
     return Hit(look.surface_count, 0.0, vec3i(0));
-}
-
-// The depth behind `at` where the ray crosses the next plane of samples.
-fn next_plane(slab: Slab, at: f32) -> f32 {
-    var next = FAR_AWAY;
-    for (var axis = 0u; axis < 3u; axis++) {
-        let slope = slab.along[axis];
-        if slope == 0.0 {
-            continue;
-        }
-        let place = slab.origin[axis] + at * slope;
-        let ahead = sign(slope);
-        var plane = select(ceil(place) - 1.0, floor(place) + 1.0, slope > 0.0);
-        if (plane - slab.origin[axis]) / slope <= at {
-            plane += ahead;
-        }
-        next = min(next, (plane - slab.origin[axis]) / slope);
-    }
-    return next;
 }
 
 // The first surface that a cubic meets, after a joint from `last` to its front; the share

@@ -128,6 +128,53 @@ fn light_follows_the_gradient() {
     }
 }
 
+/// +∞ beside −∞, NaN and numbers beyond f32, as a grid has them that was not read from a
+/// file: none is a value, for the reference as for slices, and slabs converge to it as they
+/// do elsewhere.
+#[test]
+fn slabs_end_where_there_is_no_value() {
+    let Some(gpu) = testing::gpu("slabs_end_where_there_is_no_value") else {
+        return;
+    };
+    let none = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, -1e300, 1e39];
+    let center = DVec3::new(0.55, 0.4, 0.6);
+    let field = |p: DVec3| {
+        let number = (8.0 * (p.x + 2.0 * p.y + 3.0 * p.z)).round() as usize;
+        let value = 0.6 + 0.3 * (5.0 * p.x + 2.0 * p.y).sin() * (4.0 * p.z).cos();
+        let inside = (p - center).length() < 0.3;
+        if inside {
+            none[number % none.len()]
+        } else {
+            value
+        }
+    };
+    let grid = grid(&cube(9), field);
+    let tf = ramp(4.0);
+    for model in OpticalModel::VOLUMETRIC {
+        // Its error is that of extremes between slabs' ends.
+        if model == OpticalModel::MaximumIntensity {
+            continue;
+        }
+        let appearance = appearance(&tf, model);
+        for (name, view) in views(&grid) {
+            let truth = truth(&grid, &appearance, &view);
+            let [coarse, fine] = [2.0, 8.0].map(|slices_per_voxel| {
+                let options = SlicingOptions {
+                    slices_per_voxel,
+                    ..Default::default()
+                };
+                let frame = draw(&gpu, &grid, &appearance, &options, &view);
+                difference(&frame, &truth).0
+            });
+            // Second order: a sixteenth, down to where f32 ends. At first order, a quarter
+            // of far more.
+            let context = format!("{name} {model:?}: {coarse:e} {fine:e}");
+            let least = f64::max(coarse / 8.0, 2e-6);
+            assert!(coarse < 2e-3 && fine < least, "{context}");
+        }
+    }
+}
+
 // Texture units have at least 8 bits of fraction: an error of 1/512 of the difference of
 // neighbors, here at most 1/4 of the range, and σ L ≤ 8 · its slope.
 #[test]
