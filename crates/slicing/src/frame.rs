@@ -15,8 +15,11 @@ use crate::octree::Viewer;
 const NEAR: f32 = 1.0 / (1 << 22) as f32;
 
 /// The most slabs of a frame; their numbers are exact in f32, and their polygons' index
-/// buffer has 3 MiB.
-const MAX_SLABS: f64 = (1 << 16) as f64;
+/// buffer has 48 MiB.
+const MAX_SLABS: f64 = (1 << 20) as f64;
+
+/// With more slabs, rays are looked at to do with fewer.
+const MANY_SLABS: f64 = (1 << 12) as f64;
 
 /// The geometry of a frame.
 #[derive(Clone, Debug)]
@@ -40,7 +43,7 @@ pub(crate) struct FrameGeometry {
 /// The geometry for `view`, which must be valid; `None` if no part of the volume is in
 /// front of the eye.
 ///
-/// [`Error::TooLarge`] for more slabs than a frame has at most.
+/// [`Error::Invalid`] for more slabs than a frame has at most.
 pub(crate) fn geometry(
     view: &View,
     lattice: &Lattice,
@@ -95,15 +98,26 @@ pub(crate) fn geometry(
     // Rays are longest between planes in the image's corners.
     let longest = (1.0 + slope[0] * slope[0] + slope[1] * slope[1]).sqrt();
     let spacing = lattice.spacing.min_element() / normalization.scale;
-    let count = ((farthest - first) * slices_per_voxel * longest / spacing)
-        .ceil()
-        .max(1.0);
+    let deep = (farthest - first) * slices_per_voxel;
+    let mut count = deep * longest / spacing;
+    // What rays advance along each axis of the lattice where their depth grows by 1.
+    let fastest = along.abs() + alongs[0].abs() + alongs[1].abs();
+    if count > MANY_SLABS {
+        // Samples may be near each other along an axis that no ray follows.
+        count = count.min(deep * fastest.max_element());
+    }
+    let count = count.ceil().max(1.0);
     if count.is_nan() || count > MAX_SLABS {
-        return Err(Error::TooLarge {
-            what: format!("{slices_per_voxel} slices per voxel"),
-            needed: count.min(1e18) as u64,
-            limit: MAX_SLABS as u64,
-            unit: "slices",
+        return Err(Error::Invalid {
+            what: format!(
+                "{slices_per_voxel} slices per voxel are {count:.3e} slices, of which {MAX_SLABS} \
+                 are drawn at most"
+            ),
+            help: Some(
+                "give fewer slices per voxel, a narrower angle of view, or look along the axis \
+                 along which samples are nearest"
+                    .into(),
+            ),
         });
     }
     let step = (farthest - first) / count;
@@ -111,7 +125,6 @@ pub(crate) fn geometry(
     // A slab's part in a box is seen where its middle plane cuts the box enlarged by what
     // a ray advances in half a step. The rest is for rounding: the rasterizer's, a 256th
     // of a pixel, and that of coordinates, a few 2⁻²⁴ of the volume.
-    let fastest = along.abs() + alongs[0].abs() + alongs[1].abs();
     let pixel = |i: usize, pixels: u32| {
         let deep = origins[i].abs() + farthest.abs().max(first.abs()) * alongs[i].abs();
         deep * (2.0 / f64::from(pixels))

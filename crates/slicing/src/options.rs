@@ -7,7 +7,8 @@ use tetrascope_gpu::wgpu::TextureFormat;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SlicingOptions {
     /// Slices that a ray crosses on the shortest way between two samples, at least; in
-    /// [[`MIN_SLICES_PER_VOXEL`], [`MAX_SLICES_PER_VOXEL`]].
+    /// [[`MIN_SLICES_PER_VOXEL`], [`MAX_SLICES_PER_VOXEL`]]. Where those are thousands, as
+    /// samples are near each other along one axis alone, on its own way from sample to sample.
     pub slices_per_voxel: f64,
     /// What is computed for a slab.
     pub integration: Integration,
