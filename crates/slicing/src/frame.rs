@@ -123,14 +123,17 @@ pub(crate) fn geometry(
     let step = (farthest - first) / count;
 
     // A slab's part in a box is seen where its middle plane cuts the box enlarged by what
-    // a ray advances in half a step. The rest is for rounding: the rasterizer's, a 256th
-    // of a pixel, and that of coordinates, a few 2⁻²⁴ of the volume.
+    // a ray advances in half a step. The rest is for rounding: the rasterizer's, and that of
+    // coordinates, a few 2⁻²⁴ of the volume. Rasterizers move a vertex to a place between
+    // pixels, of which Vulkan promises 2⁴ along each axis (`subPixelPrecisionBits` is 4 or
+    // more; llvmpipe has 8, SwiftShader 4): by a 16th of a pixel at most, where half of that
+    // would be the nearest. Twice that is taken, as a pixel's own size is rounded too.
     let pixel = |i: usize, pixels: u32| {
         let deep = origins[i].abs() + farthest.abs().max(first.abs()) * alongs[i].abs();
         deep * (2.0 / f64::from(pixels))
     };
     let pixels = pixel(0, view.width) + pixel(1, view.height);
-    let rounding = pixels / 64.0 + cells.max_element() * 1e-6 + 1e-4;
+    let rounding = pixels / 8.0 + cells.max_element() * 1e-6 + 1e-4;
     let margin = 0.5 * step * fastest + rounding;
 
     // Camera space from lattice space, and clip space's w.

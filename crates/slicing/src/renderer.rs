@@ -422,7 +422,7 @@ impl Slicing {
         };
         match self.options.level {
             Level::Fixed(level) => level.clamp(least, octree.deepest()),
-            // Of equals the coarser one.
+            // Among equally cheap levels, take the coarser one.
             Level::Auto => (least..=octree.deepest())
                 .min_by(|a, b| cost(a).total_cmp(&cost(b)))
                 .unwrap_or(least),
@@ -617,6 +617,10 @@ impl VolumeRenderer for Slicing {
             stats.bricks_drawn = Some(boxes.into());
             stats.bricks_skipped = Some(box_count - u64::from(boxes));
             stats.vertices = Some(u64::from(boxes) * slice::vertices(indices));
+            // As known where the CPU finds that there is nothing to draw.
+            if boxes == 0 {
+                stats.fragments = Some(0);
+            }
         }
         stats.cpu_seconds = start.elapsed().as_secs_f64();
         let scale = self.scene.volume.normalization.scale;
