@@ -10,6 +10,8 @@ pub const ADAPTER_NAME_VARIABLE: &str = "WGPU_ADAPTER_NAME";
 
 /// Features that some renderer makes use of; each is taken where it exists.
 const USEFUL: Features = Features::FLOAT32_BLENDABLE
+    .union(Features::FLOAT32_FILTERABLE)
+    .union(Features::TEXTURE_FORMAT_16BIT_NORM)
     .union(Features::TIMESTAMP_QUERY)
     .union(Features::PIPELINE_STATISTICS_QUERY);
 
@@ -111,8 +113,9 @@ impl Gpu {
     ///
     /// The application's handlers for lost devices and uncaptured errors are left
     /// alone. Renderers use what features and limits the device was made with:
-    /// [`Features::FLOAT32_BLENDABLE`] keeps blending in f32, and
-    /// [`Features::TIMESTAMP_QUERY`] and [`Features::PIPELINE_STATISTICS_QUERY`] measure
+    /// [`Features::FLOAT32_BLENDABLE`] keeps blending in f32,
+    /// [`Features::FLOAT32_FILTERABLE`] and [`Features::TEXTURE_FORMAT_16BIT_NORM`] let
+    /// texture units filter samples of a grid, and [`Features::TIMESTAMP_QUERY`] and [`Features::PIPELINE_STATISTICS_QUERY`] measure
     /// frames.
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Gpu {
         Gpu::with_failure(device, queue, Failure::default())

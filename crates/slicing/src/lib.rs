@@ -42,7 +42,8 @@
 //! - *Isosurfaces are met in voxel cells* ([`Crossing::Cells`]), where the field along a ray
 //!   is a cubic, and lit by the interpolant's gradient; [`Crossing::Corrected`],
 //!   [`Crossing::Linear`] and [`Gradient::CentralDifferences`] are what slices alone see.
-//! - *Interpolation is in f32* ([`Filtering::Exact`]); texture units have 8 bits.
+//! - *Interpolation is in f32* ([`Filtering::Exact`]); texture units may have fractions of
+//!   8 bits.
 //! - *A cell with a sample that is not finite is transparent*: slabs are cut where rays enter
 //!   and leave such cells.
 //! - *Blending is in f32* where the device can.

@@ -166,9 +166,10 @@ pub enum Integration {
 pub enum Filtering {
     /// In f32, by eight loads.
     Exact,
-    /// By the texture unit, as published: its fractions may have only 8 bits. Where the
-    /// device does not filter a type of samples, as [`Filtering::Exact`], and the frame
-    /// says so.
+    /// By the texture unit, as published: its fractions may have only 8 bits. Bytes are kept
+    /// in 16 bits each, as the result of filtering has no more bits than texels on some
+    /// devices. Where the device does not filter a type of samples, as
+    /// [`Filtering::Exact`], and the frame says so.
     Hardware,
 }
 

@@ -30,26 +30,34 @@ pub(crate) struct Texels {
     pub(crate) filtered: bool,
     /// What is read times this is the sample.
     unit: f32,
+    /// Of one texel.
     bytes: u64,
 }
 
 impl Texels {
     /// Those for `sample_type`; filtered by the texture unit if it is asked for and can.
+    ///
+    /// Bytes are filtered as 16 bits: where texels have 8, so has what is read between
+    /// them on some devices (llvmpipe: 8-bit formats that are not signed), which makes steps
+    /// of a slope. As 16-bit integers they become 257 times as large, which is exact, as
+    /// 257 · 255 = 65 535; half floats hold them as they are, and are filtered everywhere.
     pub(crate) fn of(gpu: &Gpu, sample_type: SampleType, filtering: Filtering) -> Texels {
-        let bytes = sample_type.bytes() as u64;
-        let texels = |format, program, filtered, unit| Texels {
+        let texels = |format: TextureFormat, program, filtered, unit| Texels {
             format,
             program,
             filtered,
             unit,
-            bytes,
+            bytes: format.block_copy_size(None).map_or(4, u64::from),
         };
         let has = |feature| gpu.features().contains(feature);
         let short = Features::TEXTURE_FORMAT_16BIT_NORM;
         let filter = SLICE_FILTERED;
         if filtering == Filtering::Hardware {
             match sample_type {
-                SampleType::U8 => return texels(TextureFormat::R8Unorm, filter, true, 255.0),
+                SampleType::U8 if has(short) => {
+                    return texels(TextureFormat::R16Unorm, filter, true, 255.0);
+                }
+                SampleType::U8 => return texels(TextureFormat::R16Float, filter, true, 1.0),
                 SampleType::U16 if has(short) => {
                     return texels(TextureFormat::R16Unorm, filter, true, 65535.0);
                 }
@@ -392,7 +400,17 @@ impl Voxels {
             Ok(bytes.len() as u64)
         };
         match samples {
-            Samples::U8(v) => write(&v),
+            Samples::U8(v) => match self.texels.format {
+                TextureFormat::R16Unorm => {
+                    let wide: Vec<u16> = v.iter().map(|s| 257 * u16::from(*s)).collect();
+                    write(bytemuck::cast_slice(&wide))
+                }
+                TextureFormat::R16Float => {
+                    let halves: Vec<u16> = v.iter().map(|s| half_of(*s)).collect();
+                    write(bytemuck::cast_slice(&halves))
+                }
+                _ => write(&v),
+            },
             Samples::U16(v) => write(bytemuck::cast_slice(&v)),
             Samples::I16(v) => write(bytemuck::cast_slice(&v)),
             Samples::F32(mut v) => {
@@ -408,6 +426,17 @@ impl Voxels {
             _ => Err(Error::invalid("samples of an unknown type")),
         }
     }
+}
+
+/// The bits of a half float that is a whole number below 256.
+fn half_of(number: u8) -> u16 {
+    if number == 0 {
+        return 0;
+    }
+    // 1.… · 2^exponent, of which 10 bits behind the point are kept; 15 is the bias.
+    let exponent = u16::from(number).ilog2() as u16;
+    let fraction = (u16::from(number) << (10 - exponent)) & 0x3ff;
+    (15 + exponent) << 10 | fraction
 }
 
 impl Slots {
@@ -535,5 +564,23 @@ fn extent([width, height, depth]: [u32; 3]) -> Extent3d {
         width,
         height,
         depth_or_array_layers: depth,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_half_floats() {
+        for number in 0..=255_u8 {
+            let bits = half_of(number);
+            let (exponent, fraction) = (i32::from(bits >> 10), f32::from(bits & 0x3ff));
+            let value = match exponent {
+                0 => fraction * 2f32.powi(-24),
+                _ => (1.0 + fraction / 1024.0) * 2f32.powi(exponent - 15),
+            };
+            assert_eq!(value, f32::from(number));
+        }
     }
 }

@@ -1,4 +1,5 @@
-// Trilinear interpolation by the texture unit, whose fractions have 8 bits or more.
+// Trilinear interpolation by the texture unit, whose fractions have 8 bits or more. What
+// is read has as many bits as texels on some devices, so these have 16 or 32.
 //
 // With: slicing/frame.wgsl
 

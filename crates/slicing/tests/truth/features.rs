@@ -231,6 +231,40 @@ fn texture_units_filter_almost_as_well() {
     }
 }
 
+/// Bytes that differ by 1 from neighbor to neighbor, over a transfer function that sees a
+/// fifth of one: what is read between them must not be rounded to bytes again.
+#[test]
+fn texture_units_make_slopes_of_bytes() {
+    let Some(gpu) = testing::gpu("texture_units_make_slopes_of_bytes") else {
+        return;
+    };
+    let place = cube(41);
+    let grid = grid_of(&place, |p| (100.0 + 40.0 * p.y).round() as u8, Samples::U8);
+    let tf = TransferFunction::new(vec![
+        knot(100.0, [0.1, 0.3, 0.9], 0.0),
+        knot(140.0, [1.0, 0.9, 0.6], 8.0),
+    ]);
+    let appearance = appearance(&tf.expect("sorted"), OpticalModel::EmissionAbsorption);
+    for (name, view) in views(&grid) {
+        let options = SlicingOptions {
+            filtering: Filtering::Hardware,
+            ..Default::default()
+        };
+        let filtered = draw(&gpu, &grid, &appearance, &options, &view);
+        let exact = draw(&gpu, &grid, &appearance, &Default::default(), &view);
+        let (rmse, most) = between(&exact, &filtered);
+        // 1/512 of the difference, a 40th of the range: 8/512/40 = 4e-4. Where bytes are half
+        // floats, the result may be one: 2⁻¹² of 140, over the range: 8 · 8.5e-4. Rounding
+        // to bytes is off by half of one: 8 · 0.5/40 = 0.1.
+        let half_floats = 8.0 * 140.0 / 4096.0 / 40.0;
+        assert!(most < 4e-4 + half_floats, "{name}: {rmse:e} {most:e}");
+        assert!(
+            filtered.stats.notes.is_empty(),
+            "bytes are filtered everywhere"
+        );
+    }
+}
+
 /// What a frame says of the device's time is within what it says of the wall clock's.
 #[test]
 fn gpu_time_is_part_of_the_frames_time() {
