@@ -17,7 +17,8 @@ use tetrascope_core::{Error, Frame};
 /// Writes `frame` in the format that the extension names: `.png`, `.exr` or `.npy`.
 ///
 /// `metadata` is pairs of key and text. A file of that name is replaced only
-/// by a complete one.
+/// by a complete one, and of NPY's two files both are or none. The same frame and metadata
+/// give the same bytes.
 ///
 /// # Errors
 /// [`Error::Unknown`] for another extension, [`Error::Io`] when the file cannot
@@ -27,10 +28,10 @@ pub fn write_image(path: &Path, frame: &Frame, metadata: &[(String, String)]) ->
     match extension(path).as_str() {
         "png" => write_file(path, &encode_png(frame, metadata)?),
         "exr" => write_file(path, &encode_exr(frame, metadata)?),
-        "npy" => {
-            write_file(path, &encode_npy(frame)?)?;
-            write_file(&sidecar(path), &encode_sidecar(metadata))
-        }
+        "npy" => write_files(&[
+            (path, &encode_npy(frame)?),
+            (&sidecar(path), &encode_sidecar(metadata)),
+        ]),
         other => Err(unknown_format(other)),
     }
 }
@@ -46,27 +47,92 @@ pub fn check_path(path: &Path) -> Result<(), Error> {
     if !FORMATS.contains(&extension.as_str()) {
         return Err(unknown_format(&extension));
     }
-    let writable = match path.is_dir() {
-        true => Err(std::io::ErrorKind::IsADirectory.into()),
-        false => temporary_file(path).map(drop),
-    };
-    writable.map_err(cannot_write(path))
+    let beside = sidecar(path);
+    let mut paths = vec![path];
+    if extension == "npy" {
+        paths.push(&beside);
+    }
+    for path in paths {
+        let writable = match path.is_dir() {
+            true => Err(std::io::ErrorKind::IsADirectory.into()),
+            false => temporary_file(path).map(drop),
+        };
+        writable.map_err(cannot_write(path))?;
+    }
+    Ok(())
 }
 
 /// Writes a whole file or nothing: the bytes go to a temporary file in the same
 /// folder, which then takes the name.
 ///
+/// Where the process may not write files of that size (`RLIMIT_FSIZE`), that is an error
+/// only if the process handles or ignores the signal SIGXFSZ, which ends it otherwise.
+///
 /// # Errors
 /// [`Error::Io`] when the folder or the file cannot be written.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    temporary_file(path)
-        .and_then(|mut file| {
+    write_files(&[(path, bytes)])
+}
+
+/// Writes all files or none of them; see [`write_file`].
+fn write_files(files: &[(&Path, &[u8])]) -> Result<(), Error> {
+    let mut complete = Vec::new();
+    for (path, bytes) in files {
+        let written = temporary_file(path).and_then(|mut file| {
             file.write_all(bytes)?;
             file.as_file().sync_all()?;
+            Ok(file)
+        });
+        complete.push((*path, written.map_err(cannot_write(path))?));
+    }
+    // Now names alone change. What they stood for is kept until all have.
+    let mut replaced: Vec<(&Path, Option<Kept>)> = Vec::new();
+    let several = complete.len() > 1;
+    for (path, file) in complete {
+        let taken = match several {
+            true => keep(path),
+            false => Ok(None),
+        }
+        .and_then(|kept| {
             file.persist(path).map_err(|error| error.error)?;
-            Ok(())
-        })
-        .map_err(cannot_write(path))
+            Ok(kept)
+        });
+        match taken {
+            Ok(kept) => replaced.push((path, kept)),
+            Err(source) => {
+                for (path, kept) in replaced {
+                    // As well as can be: the first failure is what is told.
+                    let _ = match kept {
+                        Some(kept) => kept.persist(path).map(drop).map_err(|error| error.error),
+                        None => std::fs::remove_file(path),
+                    };
+                }
+                return Err(cannot_write(path)(source));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A second name of a file, removed again unless it takes the first one's place.
+type Kept = tempfile::NamedTempFile<()>;
+
+/// Keeps the file at `path`, if there is one.
+fn keep(path: &Path) -> std::io::Result<Option<Kept>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let link = |name: &Path| match std::fs::hard_link(path, name) {
+        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
+            // Not every file system has links.
+            std::fs::copy(path, name).map(drop)
+        }
+        done => done,
+    };
+    let kept = tempfile::Builder::new()
+        .prefix(PREFIX)
+        .make_in(folder(path), link)?;
+    Ok(Some(kept))
 }
 
 /// The extensions of the formats that are written.
@@ -84,16 +150,35 @@ fn cannot_write(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
     |source| Error::Io {
         action: "cannot write",
         path: path.to_owned(),
-        source,
+        source: without_path(source),
     }
 }
 
-/// A file in the folder of `path`, removed again unless it takes that name.
-fn temporary_file(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    let folder = match path.parent() {
+/// The operating system's error inside of one that names a temporary file, which is
+/// nobody's business.
+fn without_path(error: std::io::Error) -> std::io::Error {
+    let inner = error.get_ref().and_then(|error| error.source());
+    let inner = inner.and_then(|error| error.downcast_ref::<std::io::Error>());
+    match inner.map(|inner| (inner.raw_os_error(), inner.kind())) {
+        Some((Some(code), _)) => std::io::Error::from_raw_os_error(code),
+        Some((None, kind)) => kind.into(),
+        None => error,
+    }
+}
+
+/// The folder that a file lies in.
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
-    };
+    }
+}
+
+/// How names of temporary files begin.
+const PREFIX: &str = ".tetrascope-";
+
+/// A file in the folder of `path`, removed again unless it takes that name.
+fn temporary_file(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
@@ -101,7 +186,7 @@ fn temporary_file(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         use std::os::unix::fs::PermissionsExt as _;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder.prefix(".tetrascope-").tempfile_in(folder)
+    builder.prefix(PREFIX).tempfile_in(folder(path))
 }
 
 /// The frame as a PNG file: 8-bit RGBA in sRGB, straight alpha, rounded to the
@@ -173,7 +258,33 @@ pub fn encode_exr(frame: &Frame, metadata: &[(String, String)]) -> Result<Vec<u8
         .write()
         .to_buffered(&mut file)
         .map_err(|error| Error::invalid(format!("cannot make an EXR file: {error}")))?;
-    Ok(file.into_inner())
+    let mut file = file.into_inner();
+    sort_attributes(&mut file);
+    Ok(file)
+}
+
+/// Sorts the attributes of an EXR file with one header by their names: the encoder takes
+/// them from a hash map, in another order in each run.
+///
+/// The header is a list of name, 0, type, 0, length (32 bits, little-endian) and value; an
+/// empty name ends it ("OpenEXR File Layout"). Its length stays, so no offset changes.
+fn sort_attributes(file: &mut [u8]) {
+    /// Magic number and version.
+    const START: usize = 8;
+    let mut attributes = Vec::new();
+    let mut at = START;
+    while file[at] != 0 {
+        let name = at;
+        for _ in 0..2 {
+            let end = file[at..].iter().position(|byte| *byte == 0);
+            at += end.expect("the encoder ends its texts") + 1;
+        }
+        let length: [u8; 4] = file[at..at + 4].try_into().expect("four bytes");
+        at += 4 + u32::from_le_bytes(length) as usize;
+        attributes.push(file[name..at].to_vec());
+    }
+    attributes.sort();
+    file[START..at].copy_from_slice(&attributes.concat());
 }
 
 /// The frame as a NumPy file, format 1.0: an array of shape (height, width, 4)

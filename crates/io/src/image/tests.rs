@@ -181,3 +181,63 @@ fn an_existing_file_survives_a_frame_that_cannot_be_written() {
         Err(Error::Io { .. })
     ));
 }
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("it is readable");
+    let name = |entry: std::io::Result<std::fs::DirEntry>| entry.expect("readable").file_name();
+    let mut names: Vec<_> = entries
+        .map(|entry| name(entry).to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+// A folder in a file's place is found when the file is to take its name: after the other
+// has, unless that is undone.
+#[test]
+fn of_two_files_both_are_replaced_or_none() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("a.npy");
+    let beside = folder.path().join("a.npy.json");
+    std::fs::write(&path, "old").expect("it is writable");
+    std::fs::create_dir(&beside).expect("it is writable");
+    assert!(check_path(&path).is_err(), "refused before the work");
+    let error = write_image(&path, &sample(), &metadata()).expect_err("a folder is in the way");
+    assert!(error.to_string().contains("a.npy.json"), "{error}");
+    assert_eq!(std::fs::read(&path).expect("it is there"), b"old");
+    assert_eq!(names(folder.path()), ["a.npy", "a.npy.json"]);
+    // Nor does a file appear that was not there.
+    std::fs::remove_file(&path).expect("it is there");
+    assert!(write_image(&path, &sample(), &metadata()).is_err());
+    assert_eq!(names(folder.path()), ["a.npy.json"]);
+    std::fs::remove_dir(&beside).expect("it is empty");
+    for text in ["first", "second"] {
+        let metadata = [("k".to_owned(), text.to_owned())];
+        write_image(&path, &sample(), &metadata).expect("nothing is in the way");
+        let json = std::fs::read_to_string(&beside).expect("it is there");
+        assert!(json.contains(text), "{json}");
+    }
+    assert_eq!(names(folder.path()), ["a.npy", "a.npy.json"]);
+}
+
+#[test]
+fn messages_name_the_file_and_not_a_temporary_one() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("no folder/a.png");
+    let error = write_image(&path, &sample(), &[]).expect_err("there is no such folder");
+    let text = error.to_string();
+    assert!(text.contains("a.png") && !text.contains(PREFIX), "{text}");
+    assert!(text.contains("No such file") || cfg!(not(unix)), "{text}");
+}
+
+// The encoder's hash map has another order each time it is made.
+#[test]
+fn the_same_picture_is_the_same_exr_file() {
+    let many: Vec<(String, String)> = (0..12)
+        .map(|i| (format!("key{i}"), format!("text {i}")))
+        .collect();
+    let first = encode_exr(&sample(), &many).expect("it is a frame");
+    for _ in 0..5 {
+        assert!(encode_exr(&sample(), &many).expect("it is a frame") == first);
+    }
+}
