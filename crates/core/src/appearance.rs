@@ -12,7 +12,7 @@ pub use depth_cue::{CueRamp, DepthCue};
 pub use lighting::{DirectionalLight, Lighting};
 pub use surface::{Isosurface, nearest_crossing};
 
-use crate::{Error, TransferFunction};
+use crate::{Bounds, Error, TransferFunction};
 
 /// How scalars become light.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +50,16 @@ impl Appearance {
             surface.validate()?;
         }
         self.lighting.validate()?;
+        let brightest = self.isosurfaces.iter().map(|s| s.color.max_element());
+        let brightest = brightest.fold(0.0, f64::max) * self.lighting.brightest();
+        if brightest > BRIGHTEST {
+            return Err(Error::Invalid {
+                what: format!("isosurfaces lit as brightly as {brightest:e}"),
+                help: Some(format!(
+                    "a picture holds colors up to {BRIGHTEST:e}; 1 is white"
+                )),
+            });
+        }
         if let Some(cue) = self.depth_cue {
             cue.validate()?;
         }
@@ -61,7 +71,43 @@ impl Appearance {
         }
         self.clip_planes.iter().try_for_each(ClipPlane::validate)
     }
+
+    /// Refuses what [`Appearance::validate`] refuses, and an appearance whose picture of a
+    /// volume in `bounds` would not fit 32-bit floats.
+    ///
+    /// No ray is longer in there than the diagonal d, so optical depths are at most σ d, and
+    /// the model `Emission`, which nothing dims, sends at most c σ d.
+    pub fn validate_in(&self, bounds: &Bounds) -> Result<(), Error> {
+        self.validate()?;
+        let tf = &self.transfer_function;
+        let all = (f64::NEG_INFINITY, f64::INFINITY);
+        let depth = match self.optical_model {
+            OpticalModel::MaximumIntensity | OpticalModel::Isosurfaces => 0.0,
+            _ => tf.max_extinction(all.0, all.1) * bounds.diagonal(),
+        };
+        let light = match self.optical_model {
+            OpticalModel::Emission => depth * tf.max_color(all.0, all.1),
+            _ => 0.0,
+        };
+        if depth <= BRIGHTEST && light <= BRIGHTEST {
+            return Ok(());
+        }
+        let what = match depth <= BRIGHTEST {
+            true => format!("a picture as bright as {light:e}"),
+            false => format!("an optical depth of up to {depth:e}"),
+        };
+        Err(Error::Invalid {
+            what: format!("{what}, beyond 32-bit floats"),
+            help: Some(
+                "lower extinctions and colors, or count opacity over a longer unit distance".into(),
+            ),
+        })
+    }
 }
+
+/// The greatest color that is drawn: pictures are of 32-bit floats, and sums of two such
+/// colors and what rounding adds to them still fit.
+pub const BRIGHTEST: f64 = f32::MAX as f64 / 4.0;
 
 /// Which parts of an [`Appearance`] a renderer draws, beyond the volumetric models.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -175,5 +221,65 @@ impl OpticalModel {
             self,
             OpticalModel::Emission | OpticalModel::MaximumIntensity
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::Knot;
+
+    fn with(model: OpticalModel, color: f64, extinction: f64) -> Result<(), Error> {
+        let knots = vec![Knot {
+            scalar: 0.0,
+            color: DVec3::splat(color),
+            extinction,
+        }];
+        let bounds = Bounds {
+            min: DVec3::ZERO,
+            max: DVec3::X * 10.0,
+        };
+        Appearance::new(TransferFunction::new(knots)?, model).validate_in(&bounds)
+    }
+
+    // Each was drawn as infinity: a color, an optical depth, and the light of both.
+    #[test]
+    fn what_does_not_fit_the_picture_is_refused() {
+        let (absorbing, glowing) = (OpticalModel::EmissionAbsorption, OpticalModel::Emission);
+        for model in [absorbing, glowing] {
+            assert!(with(model, 1.0, 1e9).is_ok());
+            assert!(with(model, 1e39, 1.0).is_err());
+            let error = with(model, 1.0, 1e38).expect_err("1e39 over the diagonal");
+            assert!(error.to_string().contains("1e39"), "{error}");
+        }
+        assert!(with(glowing, 1e20, 1e20).is_err());
+        assert!(with(absorbing, 1e20, 1e20).is_ok(), "it hides itself");
+        assert!(
+            with(OpticalModel::MaximumIntensity, 1.0, 1e300).is_ok(),
+            "σ plays no part"
+        );
+    }
+
+    #[test]
+    fn surfaces_too_bright_for_the_picture_are_refused() {
+        let tf = TransferFunction::new(vec![Knot {
+            scalar: 0.0,
+            color: DVec3::ONE,
+            extinction: 1.0,
+        }]);
+        let mut appearance = Appearance::new(tf.expect("valid"), OpticalModel::Isosurfaces);
+        appearance.isosurfaces.push(Isosurface {
+            value: 0.0,
+            color: DVec3::splat(1e30),
+        });
+        assert!(appearance.validate().is_ok());
+        appearance.lighting.lights.push(DirectionalLight {
+            toward: DVec3::X,
+            color: DVec3::splat(1e10),
+        });
+        let error = appearance.validate().expect_err("1e40");
+        assert!(error.to_string().contains("e40"), "{error}");
     }
 }

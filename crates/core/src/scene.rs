@@ -329,7 +329,7 @@ impl SceneFile {
             depth_cue: spec.depth_cue.map(|strength| DepthCue { strength }),
             clip_planes: spec.clip_planes.clone().unwrap_or_default(),
         };
-        appearance.validate()?;
+        appearance.validate_in(&volume.bounds())?;
         Ok(Scene {
             source: self.volume.clone(),
             appearance,

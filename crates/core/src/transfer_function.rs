@@ -6,6 +6,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::appearance::BRIGHTEST;
 use crate::colormap::Colormap;
 pub(crate) use intervals::{Interval, Intervals};
 
@@ -40,7 +41,7 @@ impl TransferFunction {
     /// A transfer function through `knots`, whose scalars must not decrease.
     ///
     /// Refuses an empty list, numbers that are not finite, negative colors or
-    /// extinctions, and more than two knots at one scalar.
+    /// extinctions, colors beyond [`BRIGHTEST`], and more than two knots at one scalar.
     pub fn new(knots: Vec<Knot>) -> Result<TransferFunction, Error> {
         let wrong = |i: usize, what: String, help: &str| {
             Err(Error::Invalid {
@@ -68,6 +69,10 @@ impl TransferFunction {
             if knot.color.min_element() < 0.0 {
                 let what = format!("has the negative color {}", knot.color);
                 return wrong(i, what, "colors are linear RGB, 0 or more");
+            }
+            if knot.color.max_element() > BRIGHTEST {
+                let what = format!("has a color of {:e}", knot.color.max_element());
+                return wrong(i, what, "a picture holds colors up to 8e37; 1 is white");
             }
             if i > 0 && knot.scalar < knots[i - 1].scalar {
                 let what = format!("at {} comes after {}", knot.scalar, knots[i - 1].scalar);

@@ -41,6 +41,15 @@ impl Lighting {
     /// The most lights: each costs every pixel a pass of a loop.
     pub const MOST_LIGHTS: usize = 256;
 
+    /// All light that could meet a surface at once, in its greatest channel.
+    pub(super) fn brightest(&self) -> f64 {
+        let lights: f64 = match self.lights.is_empty() {
+            true => Self::HEADLIGHT,
+            false => self.lights.iter().map(|l| l.color.max_element()).sum(),
+        };
+        self.ambient + lights
+    }
+
     /// Refuses lights without a direction, invalid colors, and too many lights.
     pub fn validate(&self) -> Result<(), Error> {
         let wrong = |what: String, help: &str| {
