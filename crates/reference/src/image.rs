@@ -79,39 +79,44 @@ impl Part {
 }
 
 impl ReferenceImage {
-    /// Puts the parts of an image together.
-    pub(crate) fn assemble(view: &View, parts: &[Part], has_depths: bool) -> ReferenceImage {
+    /// A clear image, to be filled in.
+    pub(crate) fn new(view: &View, has_depths: bool) -> ReferenceImage {
         let count = view.width as usize * view.height as usize;
-        let mut image = ReferenceImage {
+        ReferenceImage {
             width: view.width,
             height: view.height,
             pixels: vec![[0.0; 4]; count],
             error_bound: vec![0.0; count],
             depths: has_depths.then(|| vec![f64::INFINITY; count]),
-            cell_visits: parts.iter().map(|p| p.cell_visits).sum(),
-            overlapping_pixels: parts.iter().map(|p| p.overlapping).sum(),
-            cracked_pixels: parts.iter().map(|p| p.cracked).sum(),
-            inconsistent_pixels: parts.iter().map(|p| p.inconsistent).sum(),
+            cell_visits: 0,
+            overlapping_pixels: 0,
+            cracked_pixels: 0,
+            inconsistent_pixels: 0,
             bytes_resident: 0,
             seconds: 0.0,
-        };
-        for part in parts {
-            let rows = part
-                .rows
-                .clone()
-                .zip(part.pixels.chunks(part.columns.len()));
-            for (row, pixels) in rows {
-                let start = row as usize * view.width as usize + part.columns.start as usize;
-                for (i, (pixel, error, depth)) in pixels.iter().enumerate() {
-                    image.pixels[start + i] = *pixel;
-                    image.error_bound[start + i] = *error;
-                    if let Some(depths) = &mut image.depths {
-                        depths[start + i] = *depth;
-                    }
+        }
+    }
+
+    /// Puts a part in its place.
+    pub(crate) fn add(&mut self, part: &Part) {
+        self.cell_visits += part.cell_visits;
+        self.overlapping_pixels += part.overlapping;
+        self.cracked_pixels += part.cracked;
+        self.inconsistent_pixels += part.inconsistent;
+        let rows = part
+            .rows
+            .clone()
+            .zip(part.pixels.chunks(part.columns.len()));
+        for (row, pixels) in rows {
+            let start = row as usize * self.width as usize + part.columns.start as usize;
+            for (i, (pixel, error, depth)) in pixels.iter().enumerate() {
+                self.pixels[start + i] = *pixel;
+                self.error_bound[start + i] = *error;
+                if let Some(depths) = &mut self.depths {
+                    depths[start + i] = *depth;
                 }
             }
         }
-        image
     }
 
     /// The pixel in (column, row), row 0 at the top.

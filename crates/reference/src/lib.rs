@@ -167,8 +167,12 @@ impl Reference {
     ) -> Result<ReferenceImage, Error> {
         let start = Instant::now();
         view.validate()?;
+        view.check_memory(BYTES_PER_PIXEL)?;
         let background = view.premultiplied_background();
-        let parts = match &self.body {
+        let has_depths = self.appearance.optical_model == OpticalModel::Isosurfaces;
+        let mut image = ReferenceImage::new(view, has_depths);
+        let put = |part: &image::Part| image.add(part);
+        match &self.body {
             Body::Mesh { mesh, geometry } => {
                 let (frame, grid) = RayFrame::of_view(view, geometry)?;
                 let positions = frame.positions(mesh);
@@ -181,22 +185,20 @@ impl Reference {
                     frame,
                     background,
                 };
-                in_tiles(view, on_progress, |columns, rows, workspace| {
+                let draw = |columns, rows, workspace: &mut _| {
                     tile::draw(&scene, &positions, &grid, columns, rows, workspace)
-                })
+                };
+                in_tiles(view, on_progress, draw, put);
             }
             Body::Grid(grid) => {
                 grid.check_eye(view.camera.position)?;
                 let (_, _, forward) = view.camera.axes();
                 let camera = (view.camera.position, forward);
                 let scene = grid.scene(&self.appearance, camera, background);
-                in_tiles(view, on_progress, |columns, rows, _| {
-                    scene.draw(view, columns, rows)
-                })
+                let draw = |columns, rows, _: &mut _| scene.draw(view, columns, rows);
+                in_tiles(view, on_progress, draw, put);
             }
-        };
-        let has_depths = self.appearance.optical_model == OpticalModel::Isosurfaces;
-        let mut image = ReferenceImage::assemble(view, &parts, has_depths);
+        }
         image.bytes_resident = self.bytes_resident();
         image.seconds = start.elapsed().as_secs_f64();
         Ok(image)
@@ -275,26 +277,37 @@ impl Body {
     }
 }
 
-/// Draws the tiles of an image, on all threads; `draw` gets columns and rows.
+/// What a pixel takes: its color, bound and depth, and the same as part of a frame.
+const BYTES_PER_PIXEL: u64 = 32 + 8 + 8 + 16 + 4;
+
+/// Tiles that are drawn before they are put in their places: a million pixels, so that
+/// large images do not take twice their memory.
+const BAND: u32 = 4096;
+
+/// Draws the tiles of an image, on all threads; `draw` gets columns and rows, `put` the
+/// parts in order.
 fn in_tiles(
     view: &View,
     on_progress: &(dyn Fn(f64) + Sync),
     draw: impl Fn(Range<u32>, Range<u32>, &mut Workspace) -> Vec<(Outcome, usize)> + Sync,
-) -> Vec<image::Part> {
+    mut put: impl FnMut(&image::Part),
+) {
     let side = SIDE as u32;
     let across = view.width.div_ceil(side);
     let tiles = across * view.height.div_ceil(side);
     let done = AtomicUsize::new(0);
-    (0..tiles)
-        .into_par_iter()
-        .map_init(Workspace::default, |workspace, tile| {
-            let (column, row) = (tile % across * side, tile / across * side);
-            let columns = column..view.width.min(column + side);
-            let rows = row..view.height.min(row + side);
-            let pixels = draw(columns.clone(), rows.clone(), workspace);
-            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            on_progress(done as f64 / f64::from(tiles));
-            image::Part::new(columns, rows, pixels)
-        })
-        .collect()
+    let draw = |workspace: &mut Workspace, tile: u32| {
+        let (column, row) = (tile % across * side, tile / across * side);
+        let columns = column..view.width.min(column + side);
+        let rows = row..view.height.min(row + side);
+        let pixels = draw(columns.clone(), rows.clone(), workspace);
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        on_progress(done as f64 / f64::from(tiles));
+        image::Part::new(columns, rows, pixels)
+    };
+    for first in (0..tiles).step_by(BAND as usize) {
+        let band = (first..tiles.min(first + BAND)).into_par_iter();
+        let parts: Vec<_> = band.map_init(Workspace::default, draw).collect();
+        parts.iter().for_each(&mut put);
+    }
 }
