@@ -53,6 +53,14 @@ pub enum Error {
         /// What to try.
         help: Option<String>,
     },
+    /// What is asked for is out of range, or does not go with the rest.
+    #[error("{}", sentence(what))]
+    Usage {
+        /// What is wrong, with the numbers.
+        what: String,
+        /// What to try, if anything comes to mind.
+        help: Option<String>,
+    },
     /// A named field is not in the volume.
     #[error("no field '{}'{}", text::name(name), fields(available))]
     NoSuchField {
@@ -136,6 +144,7 @@ impl Error {
             Error::Format { help, .. }
             | Error::Invalid { help, .. }
             | Error::Scene { help, .. }
+            | Error::Usage { help, .. }
             | Error::NoAdapter { help, .. } => help.clone(),
             Error::NoSuchField { name, available } => {
                 let names: Vec<&str> = available.iter().map(|field| bare(field)).collect();
@@ -168,7 +177,9 @@ impl Error {
             | Error::Invalid { .. }
             | Error::Scene { .. }
             | Error::NoSuchField { .. } => ErrorKind::Input,
-            Error::Unknown { .. } | Error::Unsupported { .. } => ErrorKind::Usage,
+            Error::Usage { .. } | Error::Unknown { .. } | Error::Unsupported { .. } => {
+                ErrorKind::Usage
+            }
             Error::NoAdapter { .. } | Error::TooLarge { .. } | Error::OutOfMemory { .. } => {
                 ErrorKind::Gpu
             }

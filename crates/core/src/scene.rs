@@ -62,10 +62,21 @@ pub struct SceneFile {
 #[serde(deny_unknown_fields)]
 pub struct VolumeSource {
     /// A mesh file; relative paths start at the scene file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    ///
+    /// Text holds UTF-8 alone: a name of other bytes is written with replacements, so
+    /// such a scene does not find its file again.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "text"
+    )]
     pub file: Option<PathBuf>,
     /// The Plot3D solution that belongs to a Plot3D grid; found by name if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        serialize_with = "text"
+    )]
     pub solution: Option<PathBuf>,
     /// A generated data set, in place of a file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -98,6 +109,14 @@ pub struct VolumeSource {
     /// The order of a number's bytes; little unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub byte_order: Option<ByteOrder>,
+}
+
+/// A path as text, whatever its bytes: TOML and JSON would fail.
+fn text<S: serde::Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
+    match path {
+        Some(path) => serializer.serialize_some(&path.to_string_lossy()),
+        None => serializer.serialize_none(),
+    }
 }
 
 /// A camera as written: `fit`, or position and the rest.
@@ -681,6 +700,31 @@ mod tests {
                 scene.to_file()
             );
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_name_that_is_not_utf_8_is_written_with_replacements() {
+        use std::os::unix::ffi::OsStrExt as _;
+        let name = std::ffi::OsStr::from_bytes(b"a\xff.vtu");
+        let scene = SceneFile::new(VolumeSource {
+            file: Some(PathBuf::from(name)),
+            ..VolumeSource::default()
+        });
+        let scene = scene.resolve(&tet()).expect("defaults suffice");
+        assert!(scene.to_toml().contains("a\u{fffd}.vtu"));
+        let json = serde_json::to_string(&scene.to_file()).expect("it is text");
+        assert!(json.contains("a\u{fffd}.vtu"));
+    }
+
+    #[test]
+    fn a_scene_is_read_to_a_bound() {
+        let read = |path: &str| SceneFile::read(Path::new(path)).expect_err("not a scene");
+        if cfg!(unix) {
+            let error = read("/dev/zero").to_string();
+            assert!(error.contains("more than 1048576 bytes"), "{error}");
+        }
+        assert!(matches!(read("no such file"), Error::Io { .. }));
     }
 
     #[test]

@@ -44,6 +44,20 @@ pub struct FieldSummary {
 /// [`Error::NoSuchField`] with the fields that exist; [`Error::Invalid`] for a
 /// source that names no volume, or two, or options that do not go with it.
 pub fn load(source: &VolumeSource) -> Result<Loaded, Error> {
+    check(source)?;
+    match (&source.file, &source.dataset) {
+        (Some(path), _) => from_file(path, source),
+        (None, Some(name)) => from_dataset(name, source),
+        (None, None) => Err(Error::invalid("a volume that `check` refuses")),
+    }
+}
+
+/// Refuses a source that names no volume, or two, and options that do not go with it;
+/// nothing is read.
+///
+/// # Errors
+/// [`Error::Invalid`], with what to leave out or to add.
+pub fn check(source: &VolumeSource) -> Result<(), Error> {
     match (&source.file, &source.dataset) {
         (Some(_), Some(name)) => wrong(
             format!("a volume is a file or a data set, not both (data set '{name}')"),
@@ -62,8 +76,8 @@ pub fn load(source: &VolumeSource) -> Result<Loaded, Error> {
                 .into(),
             "leave them out",
         ),
-        (Some(path), None) => from_file(path, source),
-        (None, Some(name)) => from_dataset(name, source),
+        (Some(_), None) => source.raw_layout().map(drop),
+        (None, Some(_)) => Ok(()),
         (None, None) => wrong(
             "the scene names no volume".into(),
             "add file or dataset under [volume], or name one on the command line",
@@ -71,7 +85,7 @@ pub fn load(source: &VolumeSource) -> Result<Loaded, Error> {
     }
 }
 
-fn wrong(what: String, help: &str) -> Result<Loaded, Error> {
+fn wrong(what: String, help: &str) -> Result<(), Error> {
     Err(Error::Invalid {
         what,
         help: Some(help.into()),

@@ -73,6 +73,149 @@ fn wrong_usage_has_its_own_code() {
     }
 }
 
+/// Options with a value, each with values that are wrong.
+const WRONG_VALUES: [(&str, &[&str]); 19] = [
+    ("--algorithm", &["", "refrence"]),
+    ("--set", &["a=b", "a", "="]),
+    ("--output", &["a.jpg", "a"]),
+    ("--threads", &["0", "-1", "1025", "x"]),
+    ("--model", &["glow", ""]),
+    (
+        "--size",
+        &[
+            "0x0",
+            "0",
+            "8x0",
+            "65537x1",
+            "65536x65536",
+            "65536x4096",
+            "-1x4",
+            "8x",
+            "1e2",
+        ],
+    ),
+    ("--camera", &["fit+w", ""]),
+    ("--colormap", &["jet"]),
+    ("--range", &["1,0", "nan,5", "0,inf", "1", "a,b", "0,1,2"]),
+    ("--unit-distance", &["0", "-1", "nan", "inf", "x"]),
+    ("--isovalue", &["nan", "-inf", "x"]),
+    ("--depth-cue", &["-0.1", "1.1", "nan"]),
+    (
+        "--clip",
+        &["0,0,0", "0,0,0,0,0,0", "0,0,0,nan,0,1", "inf,0,0,1,0,0"],
+    ),
+    (
+        "--background",
+        &["-1,0,0", "nan,0,0", "1e39,0,0", "1,1,1,2", "red", "#12"],
+    ),
+    (
+        "--cells",
+        &[
+            "0",
+            "-1",
+            "18446744073709551615",
+            "18446744073709551616",
+            "x",
+        ],
+    ),
+    ("--seed", &["-1", "x"]),
+    (
+        "--dims",
+        &[
+            "2x2",
+            "0x1x2",
+            "1x2x2",
+            "-2x2x2",
+            "2x2x99999999999999999999",
+        ],
+    ),
+    ("--type", &["u9"]),
+    ("--byte-order", &["middle"]),
+];
+/// What goes with `--dims` and `--type` alone.
+const WRONG_RAW_VALUES: [(&str, &[&str]); 3] = [
+    (
+        "--spacing",
+        &["1,1", "0,1,1", "-1,1,1", "nan,1,1", "1,1,inf"],
+    ),
+    ("--origin", &["1,1", "nan,1,1", "1,1,inf"]),
+    ("--offset", &["-1", "x", "18446744073709551616"]),
+];
+/// Options whose value is a name of the user's: any is right in itself.
+const NAMES: [&str; 3] = ["--solution", "--field", "--scene"];
+/// Options without a value.
+const FLAGS: [&str; 6] = [
+    "--orthographic",
+    "--json",
+    "--quiet",
+    "--verbose",
+    "--help",
+    "--version",
+];
+
+#[test]
+fn every_wrong_value_of_every_option_is_wrong_usage() {
+    let folder = Folder::new();
+    folder.write("grid.raw", [0; 8]);
+    let raw = ["grid.raw", "--dims", "2x2x2", "--type", "u8"];
+    let on_a_data_set = WRONG_VALUES.map(|entry| (entry, &["sphere"][..]));
+    let on_a_file = WRONG_RAW_VALUES.map(|entry| (entry, &raw[..]));
+    for ((option, values), volume) in on_a_data_set.into_iter().chain(on_a_file) {
+        for value in values {
+            let mut arguments = vec!["render"];
+            arguments.extend(volume);
+            arguments.extend([option, value]);
+            let run = folder.run_all(&arguments);
+            let stderr = &run.stderr;
+            assert_eq!(run.code, 2, "{option} {value}: {stderr}");
+            let errors = stderr.lines().filter(|line| line.starts_with("error: "));
+            assert_eq!(errors.count(), 1, "{option} {value}: {stderr}");
+            let is_helpful = ["help: ", "--help", "give ", "valid: ", "[possible values: "];
+            assert!(
+                is_helpful.iter().any(|word| stderr.contains(word)),
+                "{option}: {stderr}"
+            );
+        }
+    }
+    assert_eq!(folder.files(), ["grid.raw"]);
+    // An option that is new has its wrong values too.
+    let help = folder.run("render --help").succeeded().stdout;
+    let options = help.lines().filter_map(|line| {
+        let word = line
+            .split_whitespace()
+            .find(|word| word.starts_with("--"))?;
+        line.trim_start().starts_with('-').then_some(word)
+    });
+    for option in options {
+        let tables = WRONG_VALUES.iter().chain(&WRONG_RAW_VALUES);
+        let known = tables.map(|(option, _)| option).chain(&NAMES).chain(&FLAGS);
+        assert!(known.into_iter().any(|known| *known == option), "{option}");
+    }
+}
+
+#[test]
+fn options_that_do_not_go_with_the_volume_are_wrong_usage() {
+    let folder = Folder::new();
+    folder.write("grid.raw", [0; 8]);
+    for line in [
+        "grid.raw --cells 9",
+        "grid.raw --seed 9",
+        "grid.raw --dims 2x2x2",
+        "grid.raw --type u8",
+        "grid.raw --offset 2",
+        "sphere --solution grid.raw",
+        "sphere --dims 2x2x2 --type u8",
+    ] {
+        for command in ["info", "render", "print-scene"] {
+            let (error, help) = folder.run(&format!("{command} {line}")).failed(2);
+            assert!(!help.is_empty(), "{line}: {error}");
+        }
+    }
+    let planes = "--clip 0,0,0,1,0,0 ".repeat(17);
+    let (error, _) = folder.run(&format!("render sphere {planes}")).failed(2);
+    assert!(error.contains("17 clip planes"), "{error}");
+}
+
 #[test]
 fn an_error_is_one_json_line_where_json_is_asked_for() {
     let folder = Folder::new();
@@ -127,6 +270,120 @@ fn a_closed_pipe_is_no_error() {
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+}
+
+// A full disk, as far as the program can tell.
+#[cfg(target_os = "linux")]
+#[test]
+fn results_that_cannot_be_printed_are_a_failure() {
+    for line in [
+        "--help",
+        "--version",
+        "render --help",
+        "algorithms",
+        "datasets --json",
+        "info sphere --cells 100",
+        "print-scene sphere --cells 100",
+    ] {
+        let full = std::fs::File::options().write(true).open("/dev/full");
+        let output = program()
+            .args(line.split(' '))
+            .stdout(full.expect("Linux has it"))
+            .output()
+            .expect("the program starts");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{line}: {stderr}");
+        assert!(
+            stderr.contains("cannot write standard output: No space left on device"),
+            "{line}: {stderr}"
+        );
+    }
+}
+
+// `ulimit -f` counts blocks of 512 bytes: the picture is larger.
+#[cfg(unix)]
+#[test]
+fn a_picture_larger_than_a_file_may_be_fails_and_leaves_nothing() {
+    let folder = Folder::new();
+    folder.write("out.npy", "old");
+    let output = std::process::Command::new("sh")
+        .args(["-c", "ulimit -f 8 && exec \"$@\"", "sh"])
+        .arg(program().get_program())
+        .args([
+            "render", "sphere", "--cells", "100", "--size", "64", "-o", "out.npy", "-q",
+        ])
+        .current_dir(folder.root())
+        .output()
+        .expect("the shell starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(
+        stderr.contains("cannot write out.npy: File too large"),
+        "{stderr}"
+    );
+    assert_eq!(folder.files(), ["out.npy"]);
+    assert_eq!(folder.read("out.npy"), b"old");
+}
+
+// Linux alone lets every file be called like that.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_name_that_is_not_utf_8_works() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let name = |bytes: &'static [u8]| std::ffi::OsStr::from_bytes(bytes);
+    let folder = Folder::new();
+    let path = folder.root().join(name(b"a\xff.raw"));
+    std::fs::write(&path, [1, 2, 3, 4, 5, 6, 7, 8]).expect("it is writable");
+    for command in [
+        "info",
+        "info --json",
+        "print-scene",
+        "render --size 8",
+        "render --size 8 --json",
+    ] {
+        let output = program()
+            .args(command.split(' '))
+            .arg(name(b"a\xff.raw"))
+            .args(["--dims", "2x2x2", "--type", "u8"])
+            .current_dir(folder.root())
+            .output()
+            .expect("the program starts");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{command}: {stderr}");
+    }
+    assert!(folder.root().join(name(b"a\xff.png")).exists());
+    for extension in ["exr", "npy"] {
+        let mut picture = name(b"b\xfe.").to_owned();
+        picture.push(extension);
+        let output = program()
+            .args([
+                "render", "sphere", "--cells", "100", "--size", "8", "--json", "-o",
+            ])
+            .arg(&picture)
+            .current_dir(folder.root())
+            .output()
+            .expect("the program starts");
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        assert!(folder.root().join(&picture).exists());
+    }
+}
+
+// The encoder's order of attributes differs from process to process.
+#[test]
+fn the_same_scene_gives_the_same_file_in_every_format() {
+    let folder = Folder::new();
+    for extension in ["png", "exr", "npy"] {
+        let draw = |name: &str| {
+            let line = format!("render sphere --cells 100 --size 8 -o {name}.{extension}");
+            folder.run(&line).succeeded();
+            folder.read(&format!("{name}.{extension}"))
+        };
+        assert!(draw("first") == draw("second"), "{extension}");
+    }
 }
 
 #[test]

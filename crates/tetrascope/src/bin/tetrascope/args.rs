@@ -7,7 +7,8 @@ use clap::{ArgAction, Args, Parser, Subcommand};
 use tetrascope::core::colormap::{Colormap, srgb_to_linear};
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::scene::{ByteOrder, RawNumber};
-use tetrascope::core::{CameraFit, ClipPlane, OpticalModel};
+use tetrascope::core::view::{check_background, check_size};
+use tetrascope::core::{CameraFit, ClipPlane, DepthCue, Error, OpticalModel};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -125,13 +126,13 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     pub(crate) range: Option<[f64; 2]>,
     /// The distance over which the color map's opacity counts, world units
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     pub(crate) unit_distance: Option<f64>,
     /// Draw the isosurface of this value, and others if repeated
-    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    #[arg(long, value_name = "VALUE", value_parser = finite, allow_hyphen_values = true)]
     pub(crate) isovalue: Vec<f64>,
     /// How much light the farthest point loses, 0 to 1
-    #[arg(long, value_name = "STRENGTH")]
+    #[arg(long, value_name = "STRENGTH", value_parser = strength, allow_hyphen_values = true)]
     pub(crate) depth_cue: Option<f64>,
     /// Cut away what is behind the plane through a point with a normal; may be repeated
     #[arg(long, value_name = "X,Y,Z,NX,NY,NZ", value_parser = clip_plane, allow_hyphen_values = true)]
@@ -160,7 +161,7 @@ pub(crate) struct VolumeArgs {
     #[arg(short, long, value_name = "NAME")]
     pub(crate) field: Option<String>,
     /// About how many cells a data set should have
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) cells: Option<u64>,
     /// The seed of a random data set
     #[arg(long, value_name = "N")]
@@ -172,7 +173,7 @@ pub(crate) struct VolumeArgs {
     #[arg(long = "type", value_name = "TYPE", value_parser = raw_numbers(), help_heading = RAW)]
     pub(crate) number: Option<RawNumber>,
     /// The distance of samples along each axis, world units [default: 1,1,1]
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, help_heading = RAW)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = spacing, allow_hyphen_values = true, help_heading = RAW)]
     pub(crate) spacing: Option<DVec3>,
     /// Where the first sample lies, world space [default: 0,0,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, help_heading = RAW)]
@@ -222,22 +223,58 @@ fn dims(text: &str) -> Result<[usize; 3], String> {
         .map(|part| part.trim().parse().ok());
     let dims: Option<Vec<usize>> = parts.collect();
     let dims = dims.and_then(|dims| dims.try_into().ok());
-    dims.ok_or_else(|| "give three whole numbers, as 256x256x128".into())
+    dims.filter(|dims: &[usize; 3]| dims.iter().all(|n| *n >= 2))
+        .ok_or_else(|| "give three whole numbers, 2 or more, such as 256x256x128".into())
 }
 
 fn vector(text: &str) -> Result<DVec3, String> {
     let numbers: Option<[f64; 3]> = numbers(text).and_then(|n| n.try_into().ok());
     numbers
         .map(DVec3::from_array)
-        .ok_or_else(|| "give three numbers, as 1,1,2.5".into())
+        .ok_or_else(|| "give three numbers, such as 1,1,2.5".into())
+}
+
+fn spacing(text: &str) -> Result<DVec3, String> {
+    let spacing = vector(text)?;
+    match spacing.cmpgt(DVec3::ZERO).all() {
+        true => Ok(spacing),
+        false => Err("distances are more than 0".into()),
+    }
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|x: &f64| x.is_finite());
+    number.ok_or_else(|| "give a number, such as 0.5".into())
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let length = finite(text).ok().filter(|x| *x > 0.0);
+    length.ok_or_else(|| "give a length in world units, more than 0".into())
+}
+
+fn strength(text: &str) -> Result<f64, String> {
+    let cue = DepthCue {
+        strength: finite(text)?,
+    };
+    cue.validate().map_err(in_words)?;
+    Ok(cue.strength)
+}
+
+/// An error and its help, on the line on which clap quotes the value.
+fn in_words(error: Error) -> String {
+    match error.help() {
+        Some(help) => format!("{error}; {help}"),
+        None => error.to_string(),
+    }
 }
 
 fn size(text: &str) -> Result<(u32, u32), String> {
     let (width, height) = text.split_once(['x', 'X', '×']).unwrap_or((text, text));
-    match (width.parse(), height.parse()) {
-        (Ok(width), Ok(height)) => Ok((width, height)),
-        _ => Err("give whole numbers of pixels, as 640x480".into()),
-    }
+    let (Ok(width), Ok(height)) = (width.parse(), height.parse()) else {
+        return Err("give whole numbers of pixels, such as 640x480".into());
+    };
+    check_size(width, height).map_err(in_words)?;
+    Ok((width, height))
 }
 
 fn camera(text: &str) -> Result<CameraFit, String> {
@@ -245,23 +282,27 @@ fn camera(text: &str) -> Result<CameraFit, String> {
 }
 
 fn numbers(text: &str) -> Option<Vec<f64>> {
-    let parts = text.split(',').map(|part| part.trim().parse().ok());
-    parts.collect()
+    text.split(',').map(|part| finite(part).ok()).collect()
 }
 
 fn range(text: &str) -> Result<[f64; 2], String> {
-    let numbers = numbers(text).and_then(|n| n.try_into().ok());
-    numbers.ok_or_else(|| "give two numbers, as 0.5,2".into())
+    let numbers = numbers(text).and_then(|n| <[f64; 2]>::try_from(n).ok());
+    match numbers.ok_or("give two numbers, such as 0.5,2")? {
+        [low, high] if low > high => Err(format!("the range is reversed; give {high},{low}")),
+        range => Ok(range),
+    }
 }
 
 fn clip_plane(text: &str) -> Result<ClipPlane, String> {
     let numbers = numbers(text).and_then(|n| <[f64; 6]>::try_from(n).ok());
     let [x, y, z, nx, ny, nz] =
-        numbers.ok_or("give a point of the plane and its normal, as 0,0,0,1,0,0")?;
-    Ok(ClipPlane {
+        numbers.ok_or("give a point of the plane and its normal, such as 0,0,0,1,0,0")?;
+    let plane = ClipPlane {
         point: DVec3::new(x, y, z),
         normal: DVec3::new(nx, ny, nz),
-    })
+    };
+    plane.validate().map_err(in_words)?;
+    Ok(plane)
 }
 
 fn background(text: &str) -> Result<[f32; 4], String> {
@@ -277,9 +318,11 @@ fn background(text: &str) -> Result<[f32; 4], String> {
         _ => None,
     };
     let color = named.or_else(|| hexadecimal(text)).or_else(linear);
-    color.map(|c| c.map(|x| x as f32)).ok_or_else(|| {
-        "give black, white, transparent, #RRGGBB, or linear numbers as 0.1,0.1,0.1".into()
-    })
+    let color = color
+        .ok_or("give black, white, transparent, #RRGGBB, or linear numbers such as 0.1,0.1,0.1")?;
+    let color = color.map(|x| x as f32);
+    check_background(color).map_err(in_words)?;
+    Ok(color)
 }
 
 /// `#RRGGBB`, an opaque sRGB color, to linear RGBA.
@@ -305,7 +348,15 @@ mod tests {
     fn values_parse_as_documented() {
         assert_eq!(size("640x480"), Ok((640, 480)));
         assert_eq!(size("64"), Ok((64, 64)));
-        for wrong in ["", "64x", "-1x2", "1e3", "4294967296x1"] {
+        for wrong in [
+            "",
+            "64x",
+            "-1x2",
+            "1e3",
+            "4294967296x1",
+            "0x9",
+            "65536x4096",
+        ] {
             assert!(size(wrong).is_err(), "{wrong}");
         }
         assert_eq!(dims("2x30x4"), Ok([2, 30, 4]));

@@ -10,10 +10,11 @@ use tetrascope::volumes::{self, FieldSummary, Loaded};
 
 use crate::args::InfoArgs;
 use crate::output::{Output, Stop};
-use crate::scene::source;
+use crate::scene::{source, usage};
 
 pub(crate) fn run(args: &InfoArgs, output: &Output) -> Result<(), Stop> {
     let source = source(Some(&args.volume), &args.options)?;
+    volumes::check(&source).map_err(usage)?;
     let what = format!("loading {}", args.volume.display());
     let (loaded, _) = output.timed(&what, || volumes::load(&source))?;
     let mesh = match &loaded.volume {
@@ -36,7 +37,7 @@ pub(crate) fn run(args: &InfoArgs, output: &Output) -> Result<(), Stop> {
     if output.json() {
         return output.json_result(&facts.json());
     }
-    output.result(facts.text().join("\n"))
+    output.lines(&facts.text())
 }
 
 /// The fields, a line each.

@@ -24,10 +24,16 @@ use output::{Output, Stop};
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => return output::usage(&error),
+        Err(error) => {
+            let json = std::env::args_os().any(|argument| argument == "--json");
+            let output = Output::plain(json);
+            return output::usage(&error).unwrap_or_else(|stop| end(stop, &output));
+        }
     };
     #[cfg(all(unix, feature = "gpu"))]
     quiet_mesa();
+    #[cfg(unix)]
+    outlive_large_files();
     let output = Output::new(&cli.global);
     log(cli.global.verbose, output.color());
     let done = match &cli.command {
@@ -40,13 +46,30 @@ fn main() -> ExitCode {
         Command::Colormaps => lists::colormaps(&output),
     };
     match done {
-        Ok(()) | Err(Stop::ClosedPipe) => ExitCode::SUCCESS,
-        Err(Stop::Error(error)) => {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(stop) => end(stop, &output),
+    }
+}
+
+/// Says why a command ends early.
+fn end(stop: Stop, output: &Output) -> ExitCode {
+    match stop {
+        Stop::ClosedPipe => ExitCode::SUCCESS,
+        Stop::Error(error) => {
             let code = exit_code(error.kind());
             output.error(&error, code);
             ExitCode::from(code)
         }
     }
+}
+
+/// Makes a file that grows beyond the limit of this process (`ulimit -f`) an error of the
+/// write, which then removes its temporary file: unless SIGXFSZ is handled, it kills.
+#[cfg(unix)]
+fn outlive_large_files() {
+    let noted = std::sync::Arc::default();
+    // Where this fails, all is as it was.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, noted);
 }
 
 /// Starts this program anew where Mesa would complain on stderr that

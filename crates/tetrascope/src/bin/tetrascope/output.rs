@@ -1,9 +1,12 @@
 //! All that is printed: results on stdout, progress and messages on stderr.
+//!
+//! Text of files goes into both. What a terminal would obey is escaped here, and in the
+//! `Display` of errors; only the bytes of a result that a program reads stay as they are.
 
 use std::ffi::OsStr;
-use std::fmt::Display;
+use std::fmt::{Display, Write as _};
 use std::io::{self, IsTerminal as _, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,6 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use tetrascope::Progress;
 use tetrascope::core::Error;
+use tetrascope::core::text::{clip, is_unprintable, printable};
 
 use crate::args::Global;
 
@@ -54,6 +58,17 @@ impl Output {
         }
     }
 
+    /// For errors that come before the options are known.
+    pub(crate) fn plain(json: bool) -> Output {
+        Output {
+            json,
+            quiet: false,
+            verbose: false,
+            terminal: io::stderr().is_terminal(),
+            bar: None,
+        }
+    }
+
     pub(crate) fn json(&self) -> bool {
         self.json
     }
@@ -63,36 +78,46 @@ impl Output {
         self.terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
     }
 
-    /// Prints a result on stdout, with a newline.
+    /// Prints text for programs on stdout, with a newline; a terminal gets it printable.
     pub(crate) fn result(&self, text: impl Display) -> Result<(), Stop> {
-        let mut stdout = io::stdout().lock();
-        let written = writeln!(stdout, "{text}").and_then(|()| stdout.flush());
-        written.map_err(|source| match source.kind() {
-            io::ErrorKind::BrokenPipe => Stop::ClosedPipe,
-            _ => Stop::Error(Error::Io {
-                action: "cannot write",
-                path: PathBuf::from("standard output"),
-                source,
-            }),
-        })
+        let text = text.to_string();
+        if !io::stdout().is_terminal() {
+            return print(text.as_bytes());
+        }
+        let lines: Vec<_> = text.split('\n').map(printable).collect();
+        print(lines.join("\n").as_bytes())
+    }
+
+    /// Prints lines for people on stdout.
+    pub(crate) fn lines(&self, lines: &[String]) -> Result<(), Stop> {
+        let lines: Vec<_> = lines.iter().map(|line| clip(line, LONGEST_LINE)).collect();
+        print(lines.join("\n").as_bytes())
+    }
+
+    /// Prints the name of a file that was written: a program gets its very bytes.
+    pub(crate) fn written(&self, path: &Path) -> Result<(), Stop> {
+        match io::stdout().is_terminal() {
+            true => self.result(path.display()),
+            false => print(path.as_os_str().as_encoded_bytes()),
+        }
     }
 
     /// Prints a result as JSON on stdout.
     pub(crate) fn json_result(&self, value: &serde_json::Value) -> Result<(), Stop> {
-        self.result(format_args!("{value:#}"))
+        print(ascii_controls(&format!("{value:#}")).as_bytes())
     }
 
     /// A message for whoever watches.
     pub(crate) fn note(&self, text: impl Display) {
         if !self.quiet && !self.json {
-            self.stderr(text);
+            self.stderr(clip(&text.to_string(), LONGEST_LINE));
         }
     }
 
     /// A message for whoever watches closely, with `-v`.
     pub(crate) fn detail(&self, text: impl Display) {
         if self.verbose && !self.json {
-            self.stderr(text);
+            self.stderr(clip(&text.to_string(), LONGEST_LINE));
         }
     }
 
@@ -107,11 +132,7 @@ impl Output {
     /// The error that ends the command, and its exit code.
     pub(crate) fn error(&self, error: &Error, code: u8) {
         if self.json {
-            self.stderr(json!({
-                "code": code,
-                "message": error.to_string(),
-                "help": error.help(),
-            }));
+            self.stderr(json_line(code, &error.to_string(), error.help()));
             return;
         }
         self.stderr(format_args!("{} {error}", self.paint("31", "error:")));
@@ -138,7 +159,7 @@ impl Output {
                 bar.reset();
                 bar.unset_length();
                 bar.set_style(style("{spinner} {msg} ({elapsed})"));
-                bar.set_message(what.to_owned());
+                bar.set_message(clip(what, LONGEST_LINE).into_owned());
                 bar.enable_steady_tick(Duration::from_millis(100));
             }
             None => self.note(what),
@@ -184,33 +205,88 @@ fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).expect("the template is valid")
 }
 
+/// The most characters of a line: names are shorter, lists of counts are not.
+const LONGEST_LINE: usize = 800;
+
+/// Writes bytes to stdout, with a newline.
+fn print(bytes: &[u8]) -> Result<(), Stop> {
+    let mut stdout = io::stdout().lock();
+    let written = stdout
+        .write_all(bytes)
+        .and_then(|()| stdout.write_all(b"\n"))
+        .and_then(|()| stdout.flush());
+    written.map_err(|source| match source.kind() {
+        io::ErrorKind::BrokenPipe => Stop::ClosedPipe,
+        _ => Stop::Error(Error::Io {
+            action: "cannot write",
+            path: PathBuf::from("standard output"),
+            source,
+        }),
+    })
+}
+
+/// JSON with `\u009b` for what [`printable`] escapes and JSON does not; line ends between
+/// its values stay.
+fn ascii_controls(json: &str) -> String {
+    let mut text = String::with_capacity(json.len());
+    for c in json.chars() {
+        if c == '\n' || !is_unprintable(c) {
+            text.push(c);
+            continue;
+        }
+        // Within strings alone, where an escape is as good.
+        for unit in c.encode_utf16(&mut [0; 2]) {
+            let _ = write!(text, "\\u{unit:04x}");
+        }
+    }
+    text
+}
+
+/// An error as one line of JSON.
+fn json_line(code: u8, message: &str, help: Option<String>) -> String {
+    let line = json!({ "code": code, "message": message, "help": help });
+    ascii_controls(&line.to_string())
+}
+
 /// Prints what clap says: help and version on stdout, a mistake on stderr.
 ///
 /// With `--json` among the arguments a mistake is a JSON line.
-pub(crate) fn usage(error: &clap::Error) -> ExitCode {
+pub(crate) fn usage(error: &clap::Error) -> Result<ExitCode, Stop> {
+    if !error.use_stderr() {
+        return print(error.render().to_string().trim_end().as_bytes()).map(|()| ExitCode::SUCCESS);
+    }
     let json = std::env::args_os().any(|arg| arg == OsStr::new("--json"));
-    if json && error.use_stderr() {
-        let text = error.render().to_string();
+    // What was typed is quoted, and may come from a script that found it in a folder.
+    let mut text = error.render().to_string();
+    for argument in std::env::args_os() {
+        let argument = argument.to_string_lossy();
+        if clip(&argument, LONGEST_LINE) != argument {
+            text = text.replace(&*argument, &clip(&argument, LONGEST_LINE));
+            // `--option=value` is quoted in parts.
+            if let Some((_, value)) = argument.split_once('=') {
+                text = text.replace(value, &clip(value, LONGEST_LINE));
+            }
+        }
+    }
+    let lines: Vec<_> = text.trim_end().split('\n').map(printable).collect();
+    if json {
         let line = |prefix: &str| {
-            let mut lines = text.lines().map(str::trim);
+            let mut lines = lines.iter().map(|line| line.trim());
             lines.find_map(|line| line.strip_prefix(prefix).map(str::to_owned))
         };
-        let _ = writeln!(
-            io::stderr(),
-            "{}",
-            json!({
-                "code": 2,
-                "message": line("error: ").unwrap_or_else(|| text.trim().to_owned()),
-                "help": line("tip: ").unwrap_or_else(|| "see `tetrascope --help`".into()),
-            })
-        );
-    } else {
-        // Nobody reads it: nothing is lost.
+        let message = line("error: ").unwrap_or_else(|| lines.join(" "));
+        let help = line("tip: ").unwrap_or_else(|| "see `tetrascope --help`".into());
+        let _ = writeln!(io::stderr(), "{}", json_line(2, &message, Some(help)));
+    } else if text == error.render().to_string() && !text.contains(hidden) {
+        // With clap's own colors. Nobody reads it: nothing is lost.
         let _ = error.print();
-    }
-    if error.use_stderr() {
-        ExitCode::from(2)
     } else {
-        ExitCode::SUCCESS
+        let _ = writeln!(io::stderr(), "{}", lines.join("\n"));
     }
+    Ok(ExitCode::from(2))
+}
+
+/// What a line of text does not hold.
+fn hidden(c: char) -> bool {
+    c != '\n' && is_unprintable(c)
 }

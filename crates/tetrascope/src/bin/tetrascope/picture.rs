@@ -25,6 +25,7 @@ pub(crate) struct Picture<'a> {
 /// A file that was read.
 #[derive(serde::Serialize)]
 pub(crate) struct Input {
+    #[serde(serialize_with = "text")]
     path: PathBuf,
     /// Of its bytes, hexadecimal.
     sha256: String,
@@ -37,6 +38,11 @@ pub(crate) struct Times {
     pub(crate) prepare: f64,
     pub(crate) render: f64,
     pub(crate) write: f64,
+}
+
+/// A path as text; what is not UTF-8 in it is replaced, as JSON holds nothing else.
+fn text<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
 }
 
 impl Input {

@@ -19,7 +19,11 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     let request = Request::new(&args.scene)?;
     let path = match &args.output {
         Some(path) => path.clone(),
-        None => PathBuf::from(format!("{}.png", request.stem())),
+        None => {
+            let mut name = request.stem();
+            name.push(".png");
+            PathBuf::from(name)
+        }
     };
     image::check_path(&path)?;
     if let Some(threads) = args.threads {
@@ -32,6 +36,7 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     let volume = &loaded.volume;
     let scene = request.resolve(volume, output)?;
     (algorithm.supports)(volume, &scene.appearance, &scene.view)?;
+    scene.view.check_memory(BYTES_PER_PIXEL)?;
 
     let context = match output.progress() {
         Some(progress) => Context::new().with_progress(progress),
@@ -71,7 +76,7 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
         output.detail(format_args!("  {line}"));
     }
     if !output.json() {
-        return output.result(path.display());
+        return output.written(&path);
     }
     let mut report = picture.report(&Times {
         load,
@@ -79,13 +84,17 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
         render,
         write,
     });
-    report["output"] = json!(path);
+    report["output"] = json!(path.to_string_lossy());
     let warnings = warning
         .iter()
         .map(|w| json!({"message": w.to_string(), "help": w.help()}));
     report["warnings"] = warnings.collect();
     output.json_result(&report)
 }
+
+/// Memory for a pixel of any algorithm's picture, at least: the frame with its depths, and the
+/// file as it is and packed.
+const BYTES_PER_PIXEL: u64 = 16 + 4 + 16 + 16;
 
 fn use_threads(count: usize) -> Result<(), Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count);

@@ -1,7 +1,9 @@
 //! The scene that options and scene file ask for, and `print-scene`.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use tetrascope::core::appearance::MAX_CLIP_PLANES;
 use tetrascope::core::error::nearest;
 use tetrascope::core::scene::{CameraSpec, IsosurfaceSpec, ProjectionKind, VolumeSource};
 use tetrascope::core::{Error, OpticalModel, Scene, SceneFile, Volume};
@@ -60,6 +62,13 @@ impl Request {
         }
         merge(&mut request.file.volume, given);
         request.apply(args);
+        if args.clip.len() > MAX_CLIP_PLANES {
+            return Err(Error::Usage {
+                what: format!("{} clip planes", args.clip.len()),
+                help: Some(format!("give at most {MAX_CLIP_PLANES}")),
+            });
+        }
+        volumes::check(&request.file.volume).map_err(|error| request.place(error))?;
         Ok(request)
     }
 
@@ -112,7 +121,11 @@ impl Request {
             .timed(&format!("loading {}", name(source)), || {
                 volumes::load(source)
             })
-            .map_err(|error| self.place(error))?;
+            .map_err(|error| match (error, &source.dataset) {
+                // A data set is made as it is asked for.
+                (error, Some(_)) => self.place(error),
+                (error, None) => self.in_scene(error),
+            })?;
         output.note(format_args!("  {}", loaded.description));
         for note in &loaded.notes {
             output.note(format_args!("  {note}"));
@@ -125,7 +138,7 @@ impl Request {
         let mut scene = self
             .file
             .resolve(volume)
-            .map_err(|error| self.place(error))?;
+            .map_err(|error| self.in_scene(error))?;
         scene.defaults.splice(0..0, self.notes.iter().cloned());
         for line in &scene.defaults {
             output.note(format_args!("  {line}"));
@@ -135,18 +148,26 @@ impl Request {
 
     /// What the picture is called unless the user says: the scene's, the file's or
     /// the data set's name, without folder and extension.
-    pub(crate) fn stem(&self) -> String {
+    pub(crate) fn stem(&self) -> OsString {
         let source = &self.file.volume;
         let file = self.origin.as_deref().or(source.file.as_deref());
         match (file.and_then(Path::file_stem), &source.dataset) {
-            (Some(stem), _) => stem.to_string_lossy().into_owned(),
-            (None, Some(dataset)) => dataset.clone(),
+            (Some(stem), _) => stem.to_owned(),
+            (None, Some(dataset)) => dataset.into(),
             (None, None) => "picture".into(),
         }
     }
 
-    /// Adds the scene file to an error that comes from what it says.
+    /// An error in what is asked for: without a scene file, on the command line.
     fn place(&self, error: Error) -> Error {
+        match self.origin {
+            None => usage(error),
+            Some(_) => self.in_scene(error),
+        }
+    }
+
+    /// Adds the scene file to an error that comes from what it says.
+    fn in_scene(&self, error: Error) -> Error {
         let Some(path) = &self.origin else {
             return error;
         };
@@ -171,6 +192,14 @@ impl Request {
             },
             other => other,
         }
+    }
+}
+
+/// An error in what the command line says.
+pub(crate) fn usage(error: Error) -> Error {
+    match error {
+        Error::Invalid { what, help } => Error::Usage { what, help },
+        other => other,
     }
 }
 

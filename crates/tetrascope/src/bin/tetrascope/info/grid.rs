@@ -53,5 +53,5 @@ pub(super) fn print(
     lines.push(format!("bounds         {min} to {max}"));
     lines.push(format!("unit distance  {unit_distance}"));
     lines.extend(notes(loaded));
-    output.result(lines.join("\n"))
+    output.lines(&lines)
 }
