@@ -30,8 +30,7 @@ fn integrate_cued(front: f32, back: f32, length: f32, cue: vec2f) -> vec4f {
         }
         let piece = length * select(1.0, abs(to_scalar - from_scalar) / whole, whole > 0.0);
         sum = add_cued_piece(sum, start, end, piece, mix(cue.xx, cue.yy, share));
-        let is_opaque = MODEL == EMISSION_ABSORPTION && sum.w > OPAQUE_DEPTH;
-        if select(i.low <= back, i.high >= back, rising) || is_opaque {
+        if select(i.low <= back, i.high >= back, rising) || hides_all(sum) {
             break;
         }
         index = select(index - 1u, index + 1u, rising);

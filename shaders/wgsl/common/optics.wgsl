@@ -37,8 +37,7 @@ fn integrate(front: f32, back: f32, length: f32) -> vec4f {
             end = start;
         }
         sum = add_piece(sum, start, end, share);
-        let is_opaque = MODEL == EMISSION_ABSORPTION && sum.w > OPAQUE;
-        if select(i.low <= back, i.high >= back, rising) || is_opaque {
+        if select(i.low <= back, i.high >= back, rising) || hides_all(sum) {
             break;
         }
         // The outer intervals reach beyond every scalar, so the walk stays inside.
@@ -75,6 +74,13 @@ fn add_piece(sum: vec4f, start: vec4f, end: vec4f, length: f32) -> vec4f {
 
 // Behind this depth a color changes the picture by less than 2⁻²⁵.
 const OPAQUE: f32 = 18.0;
+
+// Whether nothing behind `sum` shows. It also bounds what loops over pieces with loops over
+// their parts add up to: 3 passes for each of n pieces, and one for each optical depth up to
+// that of the last, at most 36. Neighbors on a device that steps them together may add theirs.
+fn hides_all(sum: vec4f) -> bool {
+    return MODEL == EMISSION_ABSORPTION && sum.w > OPAQUE;
+}
 
 // Extinctions times a length, beyond which nothing changes but squares overflow.
 const DENSEST: f32 = 1e18;

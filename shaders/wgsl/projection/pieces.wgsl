@@ -26,9 +26,16 @@ fn choose_piece(out: ptr<function, Varying>, what: u32) {
     let last = (*out).range.y;
     // The piece that the eye looks at from within, or the nearest.
     let seen_from = scalar_at_eye(*out);
+    // By bisection: at most 16 passes.
     var own = first;
-    for (var i = first + 1u; i <= last; i++) {
-        own += select(0u, 1u, interval(i).low < seen_from);
+    var end = last;
+    while own < end {
+        let middle = (own + end + 1u) / 2u;
+        if interval(middle).low < seen_from {
+            own = middle;
+        } else {
+            end = middle - 1u;
+        }
     }
     let below = own - first;
     let index = select(last - (rank - below), first + rank, rank < below);

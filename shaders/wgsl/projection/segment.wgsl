@@ -50,6 +50,9 @@ fn integrate_within(first: u32, last: u32, front: f32, back: f32, length: f32) -
         if share > 0.0 {
             sum = add_piece(sum, start, end, share);
         }
+        if hides_all(sum) {
+            break;
+        }
     }
     return sum;
 }
