@@ -370,7 +370,7 @@ fn checks(scene: &SceneReport) -> Vec<Check> {
             };
             let convex = scene.convex == Some(true);
             let rough = convex.then_some(ROUGH_ORDER);
-            let limit = limit(row.promise, named, convex, &drawn.stats, rough);
+            let limit = limit(row.promise, named, &drawn.stats, rough);
             let (Some(limit), Some(error)) = (limit, drawn.error) else {
                 continue;
             };

@@ -26,16 +26,15 @@ pub const ROUGH_ORDER: f64 = 2e-3;
 pub fn limit(
     promise: Promise,
     model: OpticalModel,
-    convex: bool,
     stats: &FrameStats,
     rough: Option<f64>,
 ) -> Option<Limit> {
     let (rmse, max) = ROUNDING;
     match promise {
         Promise::Exact => Some(ROUNDING),
-        Promise::ExactIfAcyclic | Promise::RoughOrder if model.commutes() => Some(ROUNDING),
-        Promise::ExactIfAcyclic if convex && stats.visibility_cycles == Some(0) => Some(ROUNDING),
-        Promise::ExactIfAcyclic | Promise::RoughOrder => Some((rough?, 1.0)),
+        Promise::ExactIfProven | Promise::RoughOrder if model.commutes() => Some(ROUNDING),
+        Promise::ExactIfProven if stats.order_proven == Some(true) => Some(ROUNDING),
+        Promise::ExactIfProven | Promise::RoughOrder => Some((rough?, 1.0)),
         Promise::Within(change) => Some((rmse + change, max + change)),
         Promise::Open => None,
     }
@@ -67,35 +66,27 @@ mod tests {
 
     const SORTED: OpticalModel = OpticalModel::EmissionAbsorption;
 
-    fn stats(cycles: Option<u64>) -> FrameStats {
+    fn stats(proven: Option<bool>) -> FrameStats {
         let mut stats = FrameStats::default();
-        stats.visibility_cycles = cycles;
+        stats.order_proven = proven;
         stats
     }
 
     #[test]
-    fn an_order_is_exact_on_convex_meshes_without_cycles_alone() {
-        let of = |convex, cycles| {
-            limit(
-                Promise::ExactIfAcyclic,
-                SORTED,
-                convex,
-                &stats(cycles),
-                Some(0.5),
-            )
-        };
-        assert_eq!(of(true, Some(0)), Some(ROUNDING));
-        for (convex, cycles) in [(true, Some(1)), (true, None), (false, Some(0))] {
-            assert_eq!(of(convex, cycles), Some((0.5, 1.0)), "{convex} {cycles:?}");
+    fn an_order_is_exact_where_it_is_proven_alone() {
+        let of = |proven| limit(Promise::ExactIfProven, SORTED, &stats(proven), Some(0.5));
+        assert_eq!(of(Some(true)), Some(ROUNDING));
+        for proven in [Some(false), None] {
+            assert_eq!(of(proven), Some((0.5, 1.0)), "{proven:?}");
         }
     }
 
     #[test]
     fn order_plays_no_part_where_the_model_commutes() {
-        for promise in [Promise::ExactIfAcyclic, Promise::RoughOrder] {
-            let emission = limit(promise, OpticalModel::Emission, false, &stats(None), None);
+        for promise in [Promise::ExactIfProven, Promise::RoughOrder] {
+            let emission = limit(promise, OpticalModel::Emission, &stats(None), None);
             assert_eq!(emission, Some(ROUNDING));
-            assert_eq!(limit(promise, SORTED, false, &stats(None), None), None);
+            assert_eq!(limit(promise, SORTED, &stats(None), None), None);
         }
     }
 

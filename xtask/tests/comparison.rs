@@ -141,9 +141,7 @@ fn compare(model: OpticalModel) {
                         model.name(),
                         drawn_by(algorithm)
                     );
-                    // Topological order is held to the same on meshes with notches and holes,
-                    // where the way it goes on at their boundaries is a heuristic: here it is right.
-                    let limit = limit(promise, model, true, &frame.stats, Some(case.rough));
+                    let limit = limit(promise, model, &frame.stats, Some(case.rough));
                     let limit = limit.expect("a rough order has its bound");
                     let outliers = outliers(model);
                     failures.compare_most(&name, &expected, &frame, limit, outliers);

@@ -68,6 +68,9 @@ pub struct FrameStats {
     /// Faces across which the order of cells was given up because cells hide each
     /// other in a cycle.
     pub visibility_cycles: Option<u64>,
+    /// Where cells had to be blended in an order: whether it is known to be right, in every
+    /// pixel. The notes say why it is not.
+    pub order_proven: Option<bool>,
     /// Fragments that were kept to be sorted in their pixels.
     pub fragments_sorted: Option<u64>,
     /// Bytes that one of the volume's cells takes on the device on average, whatever the

@@ -40,6 +40,8 @@ pub(crate) struct Tile {
     pub(crate) origin: [u32; 2],
     pub(crate) width: u32,
     pub(crate) capacity: u32,
+    pub(crate) turn: u32,
+    pub(crate) turns: u32,
 }
 
 /// The mirror of `Clip` in `among.wgsl`.
@@ -58,7 +60,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::passes::lists::FRAGMENT_BYTES;
+    use crate::passes::lists::{FRAGMENT_BYTES, STATE_BYTES};
 
     #[test]
     fn structs_have_the_layout_of_their_twins() {
@@ -101,7 +103,9 @@ mod tests {
             Tile {
                 origin,
                 width,
-                capacity
+                capacity,
+                turn,
+                turns
             }
         );
     }
@@ -115,6 +119,7 @@ mod tests {
             optical_depth: f32,
             depth: f32,
             next: u32,
+            run: u32,
         }
         assert_layout!(
             COMPOSITE,
@@ -124,9 +129,38 @@ mod tests {
                 blue,
                 optical_depth,
                 depth,
-                next
+                next,
+                run
             }
         );
         assert_eq!(size_of::<Fragment>() as u64, FRAGMENT_BYTES);
+        struct State {
+            a: u32,
+            b: u32,
+            head: u32,
+            tail: u32,
+            front: u32,
+            out: u32,
+            red: f32,
+            green: f32,
+            blue: f32,
+            optical_depth: f32,
+        }
+        assert_layout!(
+            COMPOSITE,
+            State {
+                a,
+                b,
+                head,
+                tail,
+                front,
+                out,
+                red,
+                green,
+                blue,
+                optical_depth
+            }
+        );
+        assert_eq!(size_of::<State>() as u64, STATE_BYTES);
     }
 }

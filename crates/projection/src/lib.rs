@@ -13,7 +13,8 @@
 //!    takes the vertices to camera space, once a frame.
 //! 2. `frame` is the camera, in coordinates that stay small.
 //! 3. The order of cells (§6, "compatible with any published cell sorting algorithm"),
-//!    where the optical model asks for one:
+//!    where the optical model asks for one; [`Order::Auto`] takes `mpvo` where that is known
+//!    to be right, else `tiles` and `passes::lists`:
 //!    - `passes::order` (`order.wgsl`) sorts the cells by their centroids on the device, or
 //!      `centroids` on the CPU;
 //!    - `mpvo` finds what is behind what across faces (Williams 1992);
@@ -72,13 +73,22 @@
 //!   ([`ProjectionOptions::fragment_bytes`]).
 //!
 //! # Limits
-//! - `EmissionAbsorption` draws cells in the order of their centroids by default, which
-//!   is not always the order of visibility; graded meshes show it most.
-//! - [`Order::Mpvo`] orders the parts of a mesh that is not convex by their distance,
-//!   which can be wrong, and breaks cycles; [`Order::PerPixel`] is exact in any mesh. On real
-//!   meshes it was not seen to err: at 512x512, with emission and absorption, in both
-//!   projections, the RMSE is 8e-8 on SPX (by centroids 6e-5, with a greatest error of 0.017),
-//!   7e-8 on the Blunt Fin (6e-5) and 1.3e-7 on the heat-sink, without cycles.
+//! - [`Order::Auto`] sorts fragments in each pixel in meshes that are not convex, which takes
+//!   twice to five times as long on llvmpipe and memory for each fragment.
+//! - [`Order::Centroid`] is not always the order of visibility; graded meshes show it most:
+//!   on real files a picture was off by up to 0.25.
+//! - [`Order::Mpvo`] is known to be right in convex meshes alone, where no cells hide each
+//!   other in a cycle. It orders the parts of others by their distance, which is a guess, and
+//!   breaks cycles; a note of the frame says so
+//!   ([`FrameStats::order_proven`](tetrascope_core::FrameStats::order_proven)). On SPX, the
+//!   Blunt Fin and the heat-sink it guesses right (RMSE 1.3e-7 and less at 512x512, in both
+//!   projections), on another conforming mesh it was off by 2e-3, and with hanging nodes by 6e-4.
+//! - [`Order::PerPixel`] sorts by where rays enter cells, so it is exact where cells do not
+//!   overlap. Long lists are sorted in turns, n ⌈log₂ n⌉/16 384 of them for the n boxes around
+//!   cells that a pixel may be in; a pixel that is not done after the last is counted
+//!   (`lost_rays`) and noted.
+//! - A transfer function has at most 16 383 knots, so that no loop over its pieces is so long
+//!   that a device ends it.
 //! - [`ExitSearch::PerVertex`] is for parallel rays alone, without per-pixel order and
 //!   isosurfaces. The rasterizer decides there what a face covers, and a ray through a
 //!   vertex may miss a cell (§4.3): on 3000 cells of a sphere at 96x96 the RMSE is 3e-6 and

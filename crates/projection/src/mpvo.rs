@@ -3,18 +3,25 @@
 //! P. Williams, "Visibility Ordering Meshed Polyhedra", ACM Transactions on Graphics
 //! 1992: of two cells that share a face, the one on the eye's side of it is in front.
 //! A depth-first search that finishes a cell after all cells behind it gives an order
-//! for all, in O(n). It is exact for convex meshes without cycles.
+//! for all, in O(n).
+//!
+//! It is right if every two cells on a ray are connected by faces that the ray crosses,
+//! and if no cells hide each other in a cycle. The first holds for every view if the mesh is
+//! convex and each face inside it has a cell on either side ([`unproven`]); the second
+//! is found in each view.
 //!
 //! Where a ray leaves a mesh and comes back, no face tells which part is in front.
 //! MPVONC's heuristic starts the search from the faces of the boundary that look at
-//! the eye, farthest first, so far parts are finished before near ones.
+//! the eye, farthest first, so far parts are finished before near ones. That is a guess:
+//! a far face may hide a near one. The same goes for hanging nodes, across which cells
+//! share no face, and for cells that overlap.
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::{FACES, NO_NEIGHBOR};
 use tetrascope_core::{Projection, TetMesh, View};
 use tetrascope_gpu::Normalization;
 
-use crate::volume::flat;
+use crate::volume::{flat, has_no_volume};
 
 /// Cells back to front.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,6 +47,8 @@ pub(crate) struct Mpvo {
     /// Cells without volume, of which no side is the inside.
     flat: Vec<bool>,
     shown: Vec<bool>,
+    /// Why the order may be wrong whatever the view.
+    pub(crate) unproven: Option<String>,
 }
 
 /// A cell's place in the search.
@@ -69,6 +78,7 @@ impl Mpvo {
             points,
             flat,
             shown,
+            unproven: unproven(mesh),
         }
     }
 
@@ -153,6 +163,82 @@ impl Mpvo {
         }
         self.side(cell, face, eye) == -1
     }
+}
+
+/// Why the order may be wrong whatever the view; `None` if it is right in all views without
+/// cycles.
+pub(crate) fn unproven(mesh: &TetMesh) -> Option<String> {
+    let boundary = mesh.boundary_statistics();
+    let count = |n: usize, one: &str, more: &str| match n {
+        1 => format!("1 {one}"),
+        n => format!("{n} {more}"),
+    };
+    // A mesh that consists of nothing is convex.
+    if mesh.cell_count() == 0 {
+        return None;
+    }
+    let crowded = mesh.report().crowded_faces;
+    if crowded > 0 {
+        let faces = count(crowded, "face belongs", "faces belong");
+        return Some(format!("{faces} to more than two cells"));
+    }
+    if !boundary.convex {
+        let parts = boundary.components;
+        return Some(match (parts, boundary.closed) {
+            (1, true) => "the mesh is not convex".into(),
+            (1, false) => "the mesh's boundary is not a closed surface".into(),
+            _ => format!("the mesh's boundary has {parts} parts"),
+        });
+    }
+    let (folded, flat) = doubtful_faces(mesh);
+    if folded > 0 {
+        let faces = count(folded, "face has", "faces have");
+        return Some(format!("{faces} both cells on one side"));
+    }
+    (flat > 0).then(|| {
+        let faces = count(flat, "face is", "faces are");
+        format!("{faces} between two cells without volume")
+    })
+}
+
+/// How many faces have both of their cells on one side, and how many are between two cells
+/// without volume, of which neither knows its sides.
+fn doubtful_faces(mesh: &TetMesh) -> (usize, usize) {
+    let has_no_volume = |cell: u32| has_no_volume(mesh.cell_points(cell as usize));
+    // A face as seen from outside of the cell, beginning with its least place.
+    let outward = |cell: u32, face: usize| {
+        let places = mesh.places()[cell as usize];
+        let [a, b, c] = FACES[face].map(|corner| places[corner]);
+        match a.min(b).min(c) {
+            least if least == a => [a, b, c],
+            least if least == b => [b, c, a],
+            _ => [c, a, b],
+        }
+    };
+    let (mut folded, mut without_volume) = (0, 0);
+    for (neighbors, cell) in mesh.neighbors().iter().zip(0_u32..) {
+        for (face, &neighbor) in neighbors.iter().enumerate() {
+            // Each face once, from the lower of its cells.
+            if neighbor == NO_NEIGHBOR || neighbor < cell {
+                continue;
+            }
+            let other = &mesh.neighbors()[neighbor as usize];
+            let own = outward(cell, face);
+            let is_shared = |back: usize| {
+                let [a, b, c] = outward(neighbor, back);
+                other[back] == cell && (own == [a, b, c] || own == [a, c, b])
+            };
+            let Some(back) = (0..4).find(|back| is_shared(*back)) else {
+                continue;
+            };
+            match [has_no_volume(cell), has_no_volume(neighbor)] {
+                [true, true] => without_volume += 1,
+                [false, false] => folded += usize::from(outward(neighbor, back) == own),
+                _ => {}
+            }
+        }
+    }
+    (folded, without_volume)
 }
 
 struct Search<'a> {

@@ -21,7 +21,7 @@ pub struct ProjectionOptions {
     /// Where [`Order::Centroid`] sorts.
     pub sort: Sort,
     /// Bytes that [`Order::PerPixel`] may take for the fragments of one tile of the
-    /// image, 24 each. With less, there are more tiles, and each draws all cells.
+    /// image, 28 each. With less, there are more tiles, and each draws all cells.
     pub fragment_bytes: u64,
     /// Samples a side of the texture of [`ExitSearch::PerVertexTexture`], from 2 to
     /// [`ExitSearch::MOST`]; the paper has 128.
@@ -42,7 +42,7 @@ impl Default for ProjectionOptions {
             exit_search: ExitSearch::PerFragment,
             cell_layout: CellLayout::SharedVertices,
             integration: Integration::Exact,
-            order: Order::Centroid,
+            order: Order::Auto,
             sort: Sort::Auto,
             fragment_bytes: 1 << 28,
             minimum_side: 128,
@@ -86,16 +86,22 @@ pub enum CellLayout {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Order {
+    /// [`Order::Mpvo`] where it is known to be right, else [`Order::PerPixel`]; a note of
+    /// the frame says why. [`Order::Mpvo`] alone with ray parameters at vertices, which
+    /// leave no other.
+    Auto,
     /// As they come: right only for models that commute.
     Unsorted,
-    /// By the distance of their centroids, farthest first: not always the order of
-    /// visibility.
+    /// By the distance of their centroids, farthest first: the fastest, and not always the
+    /// order of visibility. On real files a picture was off by up to 0.25.
     Centroid,
     /// By which cell is in front of which across their face, on the CPU (Williams
-    /// 1992): exact in convex meshes without cycles. Parts of other meshes are ordered
-    /// by their distance, and cycles are broken and counted.
+    /// 1992): exact in convex meshes, in views in which no cells hide each other in a
+    /// cycle. Parts of other meshes are ordered by their distance, which is a guess, and
+    /// cycles are broken and counted. A note of the frame says where it is not known to be
+    /// right.
     Mpvo,
-    /// Fragments are sorted in each pixel: exact in any mesh.
+    /// Fragments are sorted in each pixel: exact in any mesh whose cells do not overlap.
     PerPixel,
 }
 
@@ -242,7 +248,8 @@ impl CellLayout {
 
 impl Order {
     /// Every choice, with its name.
-    pub const ALL: [(&'static str, Order); 4] = [
+    pub const ALL: [(&'static str, Order); 5] = [
+        ("auto", Order::Auto),
         ("unsorted", Order::Unsorted),
         ("centroid", Order::Centroid),
         ("mpvo", Order::Mpvo),

@@ -20,7 +20,8 @@ use self::scene::{Parts, Scene, Sorter, Sorting};
 pub use self::surfaces::DepthTarget;
 use self::surfaces::prepared;
 use crate::frame::{along_rays, camera_space, frame};
-use crate::options::{ExitSearch, ProjectionOptions};
+use crate::mpvo::unproven;
+use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellPass, FrameData, Uploaded};
 use crate::passes::faces::FacePass;
 use crate::passes::lists::{self, ListPass};
@@ -75,8 +76,8 @@ impl Projection {
         let mesh = mesh_of(volume)?;
         let transform_pass = TransformPass::new(gpu)?;
         let cell_pass = CellPass::new(gpu)?;
-        let mut sorter = Sorter::None;
-        sorter.prepare(gpu, options, &cell_pass, appearance.optical_model)?;
+        let mut sorter = Sorter::default();
+        sorter.prepare(gpu, options, &cell_pass, appearance.optical_model, mesh)?;
         let geometry = Geometry::upload(gpu, mesh)?;
         let map = ScalarMap::of_appearance(appearance, mesh.scalar_range());
         let field = Field::upload(gpu, &geometry, mesh, map, options.cell_layout)?;
@@ -147,7 +148,12 @@ impl Projection {
         let uniform = self.frame(view)?;
         let background = [Resolve::of(view)];
         let background = gpu.upload("gather::resolve", &background, BufferUsages::UNIFORM)?;
-        let mut stats = self.stats();
+        let ordered = self.ordered(view);
+        let in_lists = matches!(ordered.way, Ordered::InLists);
+        let mut stats = self.stats(in_lists);
+        stats.visibility_cycles = ordered.cycles;
+        stats.order_proven = ordered.proven;
+        stats.notes.extend(ordered.note);
         let mut counts = None;
         self.record_transform(encoder, &uniform, timer)?;
         stats.passes += 1;
@@ -157,12 +163,14 @@ impl Projection {
             along = Some(textures.along);
             textures.color
         } else {
-            self.gathered((view.width, view.height))?
+            self.gathered((view.width, view.height), in_lists)?
         };
         let gathered = gathered.create_view(&Default::default());
-        match (&scene.sorting, &self.sorter) {
+        match ordered.way {
             _ if scene.surfaces.is_some() => stats.passes += 1,
-            (Sorting::PerPixel, Sorter::PerPixel(pass)) => {
+            Ordered::InLists => {
+                let pass = self.sorter.lists(gpu, &self.cell_pass)?;
+                let whole_cells = scene.whole_cells(&self.parts())?;
                 let boxes = boxes(
                     &scene.geometry.mesh,
                     &scene.look.listed.cells,
@@ -171,30 +179,26 @@ impl Projection {
                 );
                 let capacity = ListPass::capacity(gpu, self.options.fragment_bytes);
                 let tiles = tiles(&boxes, (view.width, view.height), capacity)?;
-                let cells = (&self.cell_pass, &scene.cell);
+                let cells = (&self.cell_pass, whole_cells);
                 let buffer = pass.record(gpu, encoder, &uniform, cells, &tiles, &gathered)?;
-                stats.passes += 2 * tiles.len() as u64;
+                stats.passes += ListPass::passes(&tiles);
                 counts = Some(Counts {
                     buffer,
                     most: tiles.iter().map(|t| t.most).collect(),
                 });
             }
-            (sorting, sorter) => {
+            Ordered::AsListed(sorted) => {
                 let mut cell = scene.cell.clone();
-                if let (Sorting::Centroid(data), Sorter::Centroid(pass)) = (sorting, sorter) {
+                if let (Sorting::Centroid(data), Some(pass)) = (&scene.sorting, self.sorter.order())
+                {
                     gpu.checked("projection::order", 0, || {
                         pass.record(gpu, encoder, &uniform.frame, data);
                     })?;
                     stats.passes += 1;
                 }
-                let sorted = match sorting {
+                let sorted = match &scene.sorting {
                     Sorting::CentroidOnCpu(centroids) => Some(centroids.sorted(&uniform.values)),
-                    Sorting::Mpvo(mpvo) => {
-                        let sorted = mpvo.sorted(view, normalization);
-                        stats.visibility_cycles = Some(sorted.cycles);
-                        Some(sorted.cells)
-                    }
-                    _ => None,
+                    _ => sorted,
                 };
                 if let Some(cells) = sorted {
                     let items = scene.look.listed.items_of(cells);
@@ -226,6 +230,53 @@ impl Projection {
             counts,
             along,
         })
+    }
+
+    /// How the cells of a view are ordered, and what is to be said of it.
+    fn ordered(&self, view: &View) -> OrderedCells {
+        let scene = &self.scene;
+        let automatic = self.options.order == Order::Auto;
+        let mut ordered = OrderedCells {
+            way: Ordered::AsListed(None),
+            cycles: None,
+            proven: None,
+            note: None,
+        };
+        let model = scene.appearance.optical_model;
+        match &scene.sorting {
+            Sorting::None => ordered.proven = (!model.commutes()).then_some(false),
+            Sorting::Centroid(_) | Sorting::CentroidOnCpu(_) => ordered.proven = Some(false),
+            Sorting::PerPixel => {
+                ordered.way = Ordered::InLists;
+                ordered.proven = Some(true);
+                let why = unproven(&scene.geometry.mesh).filter(|_| automatic);
+                ordered.note = why.map(|why| format!("fragments are sorted in each pixel: {why}"));
+            }
+            Sorting::Mpvo(mpvo) => {
+                let sorted = mpvo.sorted(view, &scene.geometry.normalization);
+                ordered.cycles = Some(sorted.cycles);
+                let why = mpvo.unproven.clone().or_else(|| {
+                    (sorted.cycles > 0).then(|| "cells hide each other in a cycle".into())
+                });
+                ordered.proven = Some(why.is_none());
+                ordered.note = match why {
+                    None if automatic => {
+                        Some("cells are sorted by their faces: the mesh is convex".into())
+                    }
+                    None => None,
+                    Some(why) if automatic && self.face_pass.is_none() => {
+                        ordered.way = Ordered::InLists;
+                        ordered.proven = Some(true);
+                        Some(format!("fragments are sorted in each pixel: {why}"))
+                    }
+                    Some(why) => Some(format!("the order of cells may be wrong: {why}")),
+                };
+                if let Ordered::AsListed(cells) = &mut ordered.way {
+                    *cells = Some(sorted.cells);
+                }
+            }
+        }
+        ordered
     }
 
     /// What changes with every frame.
@@ -272,8 +323,8 @@ impl Projection {
     }
 
     /// The texture in which cells add up, kept for the next frame.
-    fn gathered(&self, size: (u32, u32)) -> Result<wgpu::Texture, Error> {
-        let format = self.format();
+    fn gathered(&self, size: (u32, u32), in_lists: bool) -> Result<wgpu::Texture, Error> {
+        let format = self.format(in_lists);
         let mut kept = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
         let fits = |t: &&wgpu::Texture| (t.width(), t.height()) == size && t.format() == format;
         if let Some(texture) = kept.as_ref().filter(fits) {
@@ -285,14 +336,14 @@ impl Projection {
         Ok(texture)
     }
 
-    fn format(&self) -> TextureFormat {
-        match self.scene.sorting {
-            Sorting::PerPixel => lists::FORMAT,
-            _ => gathered_format(&self.gpu, self.scene.appearance.optical_model),
+    fn format(&self, in_lists: bool) -> TextureFormat {
+        match in_lists {
+            true => lists::FORMAT,
+            false => gathered_format(&self.gpu, self.scene.appearance.optical_model),
         }
     }
 
-    fn stats(&self) -> FrameStats {
+    fn stats(&self, in_lists: bool) -> FrameStats {
         let scene = &self.scene;
         let (geometry, look) = (&scene.geometry, &scene.look);
         let buffers = [
@@ -334,7 +385,7 @@ impl Projection {
             + buffers.iter().map(|b| b.size()).sum::<u64>()
             + texels(&look.intervals);
         if matches!(
-            self.format(),
+            self.format(in_lists),
             TextureFormat::R16Float | TextureFormat::Rgba16Float
         ) {
             let note = "this device does not blend f32, so cells add up in f16";
@@ -373,6 +424,9 @@ impl Projection {
         let layout = self.options.cell_layout;
         let field = Field::upload(&self.gpu, &geometry, mesh, map, layout)?;
         let appearance = &self.scene.appearance;
+        let model = appearance.optical_model;
+        self.sorter
+            .prepare(&self.gpu, &self.options, &self.cell_pass, model, mesh)?;
         let table = Some(&self.scene.look.table);
         self.scene = self.parts().scene(appearance, geometry, field, table)?;
         Ok(())
@@ -391,9 +445,14 @@ impl VolumeRenderer for Projection {
         ABILITIES.check(NAME, appearance)?;
         let model = appearance.optical_model;
         self.options.validate(appearance)?;
-        self.sorter
-            .prepare(&self.gpu, &self.options, &self.cell_pass, model)?;
         let geometry = self.scene.geometry.clone();
+        self.sorter.prepare(
+            &self.gpu,
+            &self.options,
+            &self.cell_pass,
+            model,
+            &geometry.mesh,
+        )?;
         let range = geometry.mesh.scalar_range();
         let field = if self.scene.field.map.suits_appearance(appearance, range) {
             self.scene.field.clone()
@@ -440,7 +499,15 @@ impl VolumeRenderer for Projection {
         gpu.finish(encoder)?;
         stats.gpu_seconds = timer::seconds(gpu, times, submitted.elapsed())?;
         if let Some((counts, most)) = counts {
-            stats.fragments_sorted = Some(total(counts.read()?, &most)?);
+            let (fragments, given_up) = total(counts.read()?, &most)?;
+            stats.fragments_sorted = Some(fragments);
+            stats.lost_rays = Some(given_up);
+            if given_up > 0 {
+                stats.order_proven = Some(false);
+                let note =
+                    format!("{given_up} pixels are wrong: their fragments were not all sorted");
+                stats.notes.push(note);
+            }
         }
         let pixels = pixels.read()?;
         stats.cpu_seconds = start.elapsed().as_secs_f64();
@@ -463,7 +530,25 @@ struct Recorded {
     along: Option<wgpu::Texture>,
 }
 
-/// How many fragments each tile got, once the frame has run.
+/// How the cells of a view are ordered.
+enum Ordered {
+    /// As they are listed on the device, or in this order.
+    AsListed(Option<Vec<u32>>),
+    /// By fragments, in each pixel.
+    InLists,
+}
+
+/// The same, and what is to be said of it.
+struct OrderedCells {
+    way: Ordered,
+    cycles: Option<u64>,
+    /// Whether it is known to be right; `None` where any is.
+    proven: Option<bool>,
+    note: Option<String>,
+}
+
+/// How many fragments each tile got and how many of its pixels were not done, once the
+/// frame has run.
 struct Counts {
     buffer: wgpu::Buffer,
     /// How many each had room for.
@@ -481,9 +566,10 @@ impl Counts {
     }
 }
 
-/// The number of all fragments; more than expected in a tile would have been lost.
-fn total(counts: Vec<u32>, most: &[u64]) -> Result<u64, Error> {
-    for (count, most) in counts.iter().zip(most) {
+/// The number of all fragments, and of pixels that were not done; more fragments than
+/// expected in a tile would have been lost.
+fn total(counts: Vec<[u32; 2]>, most: &[u64]) -> Result<(u64, u64), Error> {
+    for ([count, _], most) in counts.iter().zip(most) {
         if u64::from(*count) > *most {
             return Err(Error::TooLarge {
                 what: "the list of fragments".into(),
@@ -493,7 +579,8 @@ fn total(counts: Vec<u32>, most: &[u64]) -> Result<u64, Error> {
             });
         }
     }
-    Ok(counts.into_iter().map(u64::from).sum())
+    let sum = |of: usize| counts.iter().map(|c| u64::from(c[of])).sum();
+    Ok((sum(0), sum(1)))
 }
 
 #[cfg(test)]

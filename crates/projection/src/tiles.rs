@@ -10,12 +10,14 @@ use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::{Error, Projection, TetMesh, View};
 use tetrascope_gpu::Normalization;
 
-/// A rectangle of pixels, row 0 at the top, and a bound of the fragments in it.
+/// A rectangle of pixels, row 0 at the top, and bounds of the fragments in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tile {
     pub(crate) origin: [u32; 2],
     pub(crate) size: [u32; 2],
     pub(crate) most: u64,
+    /// In one pixel.
+    pub(crate) deepest: u64,
 }
 
 /// Columns and rows.
@@ -25,7 +27,8 @@ pub(crate) struct Pixels {
     rows: Range<u32>,
 }
 
-/// Tiles that cover the image, each with at most `capacity` fragments of `boxes`.
+/// Tiles that cover the image, each with at most `capacity` fragments of `boxes` and, but
+/// for single rows, half as many pixels.
 ///
 /// [`Error::TooLarge`] if a single pixel may have more.
 pub(crate) fn tiles(
@@ -35,30 +38,33 @@ pub(crate) fn tiles(
 ) -> Result<Vec<Tile>, Error> {
     // Differences of neighboring rows, then sums.
     let mut fragments = vec![0_i64; height as usize + 1];
-    let mut cells = vec![0_i64; height as usize + 1];
     for pixels in boxes {
         let columns = pixels.columns.len() as i64;
         let (first, end) = (pixels.rows.start as usize, pixels.rows.end as usize);
         fragments[first] += columns;
         fragments[end] -= columns;
-        cells[first] += 1;
-        cells[end] -= 1;
     }
+    // What is kept of a pixel takes no more than two fragments.
+    let has_room = |tile: &Tile| {
+        let rows = u64::from(tile.size[1]) + 1;
+        2 * rows * u64::from(width) <= capacity
+    };
+    let mut overlaps = Overlaps::new(boxes, width);
     let mut tiles = Vec::new();
     let mut open: Option<Tile> = None;
-    let (mut row_fragments, mut row_cells) = (0_i64, 0_i64);
+    let mut row_fragments = 0_i64;
     for row in 0..height {
         row_fragments += fragments[row as usize];
-        row_cells += cells[row as usize];
-        let (most, cells) = (row_fragments as u64, row_cells as u64);
+        let most = row_fragments as u64;
+        let deepest = overlaps.greatest(row);
         if most > capacity {
             tiles.extend(open.take());
             // One pixel has at most one fragment of each cell.
-            let columns = capacity / cells.max(1);
+            let columns = capacity / deepest.max(1);
             if columns == 0 {
                 return Err(Error::TooLarge {
                     what: "the list of a pixel's fragments".into(),
-                    needed: cells,
+                    needed: deepest,
                     limit: capacity,
                     unit: "fragments",
                 });
@@ -69,15 +75,17 @@ pub(crate) fn tiles(
                 tiles.push(Tile {
                     origin: [first, row],
                     size: [count, 1],
-                    most: u64::from(count) * cells,
+                    most: u64::from(count) * deepest,
+                    deepest,
                 });
             }
             continue;
         }
         match &mut open {
-            Some(tile) if tile.most + most <= capacity => {
+            Some(tile) if tile.most + most <= capacity && has_room(tile) => {
                 tile.size[1] += 1;
                 tile.most += most;
+                tile.deepest = tile.deepest.max(deepest);
             }
             _ => {
                 tiles.extend(open.take());
@@ -85,12 +93,56 @@ pub(crate) fn tiles(
                     origin: [0, row],
                     size: [width, 1],
                     most,
+                    deepest,
                 });
             }
         }
     }
     tiles.extend(open);
     Ok(tiles)
+}
+
+/// How many boxes a pixel is in, row by row from the top.
+struct Overlaps<'a> {
+    boxes: &'a [Pixels],
+    /// The rows in which boxes begin or end, last row first, with their numbers.
+    begins: Vec<(u32, u32)>,
+    ends: Vec<(u32, u32)>,
+    /// Differences of neighboring columns.
+    columns: Vec<i64>,
+}
+
+impl Overlaps<'_> {
+    fn new(boxes: &[Pixels], width: u32) -> Overlaps<'_> {
+        let sorted = |row: fn(&Pixels) -> u32| {
+            let mut rows: Vec<(u32, u32)> = boxes.iter().map(row).zip(0..).collect();
+            rows.sort_unstable_by(|a, b| b.cmp(a));
+            rows
+        };
+        Overlaps {
+            boxes,
+            begins: sorted(|pixels| pixels.rows.start),
+            ends: sorted(|pixels| pixels.rows.end),
+            columns: vec![0; width as usize + 1],
+        }
+    }
+
+    /// The most boxes that a pixel of `row` is in; rows come in ascending order.
+    fn greatest(&mut self, row: u32) -> u64 {
+        for (rows, change) in [(&mut self.begins, 1), (&mut self.ends, -1)] {
+            while let Some((_, number)) = rows.pop_if(|(at, _)| *at <= row) {
+                let Range { start, end } = self.boxes[number as usize].columns;
+                self.columns[start as usize] += change;
+                self.columns[end as usize] -= change;
+            }
+        }
+        let mut here = 0;
+        let sums = self.columns.iter().map(|change| {
+            here += change;
+            here
+        });
+        sums.max().unwrap_or(0) as u64
+    }
 }
 
 /// The box of pixels around each of `cells` that is in the image.
@@ -216,6 +268,13 @@ mod tests {
             let mut covered = [[0; 10]; 8];
             for tile in &tiles {
                 assert!(count(&boxes, tile) <= tile.most && tile.most <= capacity);
+                // The deepest pixel of the image is in the row of all boxes.
+                let expected = if tile.origin[1] <= 3 && 3 < tile.origin[1] + tile.size[1] {
+                    4
+                } else {
+                    1
+                };
+                assert_eq!(tile.deepest, expected, "{tile:?}");
                 for row in tile.origin[1]..tile.origin[1] + tile.size[1] {
                     for column in tile.origin[0]..tile.origin[0] + tile.size[0] {
                         covered[row as usize][column as usize] += 1;

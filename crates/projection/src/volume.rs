@@ -70,6 +70,8 @@ pub(crate) struct Look {
     pub(crate) listed: Listed,
     /// A bound of the optical depth of any segment.
     pub(crate) deepest: f32,
+    /// The same where cells are drawn whole.
+    deepest_of_cells: f32,
 }
 
 /// What an order that is made on the CPU has to know of the cells that are drawn; empty for
@@ -127,16 +129,11 @@ impl Geometry {
             .map(|p| normalization.position(*p).to_array())
             .collect();
         // Of four times one vertex where there is no volume, for `judge.wgsl`.
-        let solid = |(cell, corners): (usize, &[u32; 4])| {
-            let [p0, p1, p2, p3] = mesh.cell_points(cell);
-            let volume = (p1 - p0).dot((p2 - p0).cross(p3 - p0));
-            // Not `== 0` alone: products of tiny edges may underflow in a cell that has a
-            // volume.
-            match volume == 0.0 && flat([p0, p1, p2, p3]) {
+        let solid =
+            |(cell, corners): (usize, &[u32; 4])| match has_no_volume(mesh.cell_points(cell)) {
                 true => [corners[0]; 4],
                 false => *corners,
-            }
-        };
+            };
         let cells: Vec<[u32; 4]> = mesh.tetrahedra().iter().enumerate().map(solid).collect();
         Ok(Geometry {
             mesh: mesh.clone(),
@@ -236,9 +233,10 @@ impl Look {
                 starts: starts.map(Arc::from),
             };
         }
+        let deepest_of_cells = deepest(&intervals, field.range, geometry.longest);
         let deepest = match culled.in_parts {
             true => 1.0,
-            false => deepest(&intervals, field.range, geometry.longest),
+            false => deepest_of_cells,
         };
         let interval_count = intervals.len() as u32;
         let (width, height) = texels(intervals.len(), INTERVALS_PER_ROW);
@@ -258,6 +256,16 @@ impl Look {
             culled: Arc::new(culled),
             listed,
             deepest,
+            deepest_of_cells,
+        })
+    }
+
+    /// The same with cells that are drawn whole; the CPU must know which.
+    pub(crate) fn whole(&self, gpu: &Gpu) -> Result<Look, Error> {
+        Ok(Look {
+            culled: Arc::new(self.culled.whole(gpu, &self.listed.cells)?),
+            deepest: self.deepest_of_cells,
+            ..self.clone()
         })
     }
 }
@@ -281,6 +289,13 @@ fn longest_edge(mesh: &TetMesh) -> f64 {
         edges.into_iter().map(|e| e.length()).fold(0.0, f64::max)
     };
     (0..mesh.cell_count()).map(of_cell).fold(0.0, f64::max)
+}
+
+/// Whether a cell is flat in the mesh's own coordinates.
+pub(crate) fn has_no_volume([p0, p1, p2, p3]: [tetrascope_core::glam::DVec3; 4]) -> bool {
+    let volume = (p1 - p0).dot((p2 - p0).cross(p3 - p0));
+    // Not `== 0` alone: products of tiny edges may underflow in a cell that has a volume.
+    volume == 0.0 && flat([p0, p1, p2, p3])
 }
 
 /// Whether four points lie in a plane, whatever their scale.

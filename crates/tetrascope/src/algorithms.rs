@@ -47,9 +47,9 @@ pub struct Algorithm {
 pub enum Promise {
     /// Each ray's integral, but for rounding.
     Exact,
-    /// Exact where the optical model commutes, and on convex meshes whose order of
-    /// visibility has no cycles.
-    ExactIfAcyclic,
+    /// Exact where the optical model commutes, and where the frame says that the order of
+    /// cells is proven ([`FrameStats::order_proven`](tetrascope_core::FrameStats::order_proven)).
+    ExactIfProven,
     /// Exact where the optical model commutes; else some cells may be blended in the
     /// wrong order.
     RoughOrder,

@@ -1,10 +1,36 @@
 // Composite: sort a pixel's fragments by their entries and add them, front to back.
 //
-// A merge sort of runs that are in order already, on the list itself: as long as it
-// may be, no fragment is dropped, and one of n takes O(n log n) steps.
-// In:   heads, fragments.
-// Out:  light and opacity, premultiplied.
+// A merge sort on the list itself, so that no fragment is dropped however long it is: two
+// runs are taken from the list of runs and become one in the list of the next round; the
+// last two are added up as they merge. Each pass of the one loop takes one fragment, and
+// n fragments need at most n ⌈log₂ n⌉ passes and one to see that nothing is left.
+//
+// Devices cut long loops short, some in silence (Mesa's llvmpipe after 65 535 passes), so
+// this is drawn in turns of at most `PASSES`, with what is left kept in between.
+// In:   heads, fragments; states, but for the first turn.
+// Out:  light and opacity, premultiplied, right after the last turn; states, but for the last.
 // With: projection/fragments.wgsl, common/optics_model.wgsl
+
+// Passes of a turn, `passes::lists::PASSES`.
+const PASSES: u32 = 16384u;
+
+// How far a pixel is; numbers of fragments, 0 for none.
+struct State {
+    a: u32,     // the first of what is left of each of the two runs that are being merged
+    b: u32,
+    head: u32,  // the first and the last of what became of them
+    tail: u32,
+    front: u32, // the first of the next run of this round
+    out: u32,   // the first of the last run of the next round
+    // What is added up.
+    red: f32,
+    green: f32,
+    blue: f32,
+    optical_depth: f32,
+}
+
+// Of each pixel of the tile; one where there is one turn.
+@group(2) @binding(3) var<storage, read_write> states: array<State>;
 
 // One triangle over the whole image.
 @vertex
@@ -14,84 +40,85 @@ fn vs_composite(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 
 @fragment
 fn fs_composite(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let first = atomicLoad(&heads[head_of(position)]);
-    var sum = vec4f(0.0);
-    var number = sorted(first);
-    // Bounded like every loop here, so that no list can hang the device.
-    for (var n = 0u; n < tile.capacity && number != 0u; n++) {
-        let f = fragments[number - 1u];
-        sum = vec4f(
-            sum.xyz + transmittance(sum.w) * vec3f(f.red, f.green, f.blue),
-            sum.w + f.optical_depth,
-        );
-        number = f.next;
+    let head = head_of(position);
+    let own = min(head - FIRST_HEAD, arrayLength(&states) - 1u);
+    var s = State(0u, 0u, 0u, 0u, atomicLoad(&heads[head]), 0u, 0.0, 0.0, 0.0, 0.0);
+    if tile.turn > 0u {
+        s = states[own];
     }
-    return vec4f(sum.xyz, opacity(sum.w));
+    var depth_a = depth_of(s.a);
+    var depth_b = depth_of(s.b);
+    var done = false;
+    for (var n = 0u; n < PASSES; n++) {
+        if (s.a | s.b) == 0u {
+            if s.front == 0u {
+                s.front = s.out;
+                s.out = 0u;
+            }
+            if s.front == 0u {
+                done = true;
+                break;
+            }
+            s.a = s.front;
+            s.b = run_after(s.a);
+            if s.b == 0u && s.out != 0u {
+                // One is left over: it begins the next round.
+                s.b = s.out;
+                s.out = 0u;
+            }
+            s.front = run_after(s.b);
+            depth_a = depth_of(s.a);
+            depth_b = depth_of(s.b);
+        }
+        let from_a = s.b == 0u || (s.a != 0u && depth_a <= depth_b);
+        let nearest = select(s.b, s.a, from_a);
+        let f = fragments[nearest - 1u];
+        if from_a {
+            s.a = f.next;
+            depth_a = depth_of(s.a);
+        } else {
+            s.b = f.next;
+            depth_b = depth_of(s.b);
+        }
+        // Of the last two runs, whose fragments come in their order.
+        if (s.front | s.out) == 0u {
+            let left = transmittance(s.optical_depth);
+            s.red += left * f.red;
+            s.green += left * f.green;
+            s.blue += left * f.blue;
+            s.optical_depth += f.optical_depth;
+            continue;
+        }
+        if s.tail == 0u {
+            s.head = nearest;
+        } else {
+            fragments[s.tail - 1u].next = nearest;
+        }
+        s.tail = nearest;
+        if s.a == 0u || s.b == 0u {
+            // The rest of the other is in order.
+            fragments[nearest - 1u].next = s.a | s.b;
+            fragments[s.head - 1u].run = s.out;
+            s.out = s.head;
+            s.a = 0u;
+            s.b = 0u;
+            s.head = 0u;
+            s.tail = 0u;
+        }
+    }
+    if tile.turn + 1u < tile.turns {
+        states[own] = s;
+    } else if !done {
+        atomicAdd(&heads[1], 1u);
+    }
+    return vec4f(s.red, s.green, s.blue, opacity(s.optical_depth));
 }
 
-fn next_of(number: u32) -> u32 {
-    return fragments[number - 1u].next;
-}
-
+// 0 for what is none.
 fn depth_of(number: u32) -> f32 {
-    return fragments[number - 1u].depth;
+    return select(0.0, fragments[max(number, 1u) - 1u].depth, number != 0u);
 }
 
-// The first of the list that begins with `first`, sorted by depth.
-fn sorted(first: u32) -> u32 {
-    var list = first;
-    // Each round halves the number of runs.
-    for (var round = 0u; round < 32u; round++) {
-        var rest = list;
-        var tail = 0u;
-        var merges = 0u;
-        list = 0u;
-        for (var n = 0u; n < tile.capacity && rest != 0u; n++) {
-            merges++;
-            var a = rest;
-            var b = cut_run(a);
-            rest = 0u;
-            if b != 0u {
-                rest = cut_run(b);
-            }
-            // Merge the runs a and b behind `tail`; ends when both are empty.
-            for (var m = 0u; m < tile.capacity && (a | b) != 0u; m++) {
-                var from_a = b == 0u;
-                if a != 0u && b != 0u {
-                    from_a = depth_of(a) <= depth_of(b);
-                }
-                let least = select(b, a, from_a);
-                let after = next_of(least);
-                a = select(a, after, from_a);
-                b = select(after, b, from_a);
-                if tail == 0u {
-                    list = least;
-                } else {
-                    fragments[tail - 1u].next = least;
-                }
-                tail = least;
-            }
-        }
-        if merges <= 1u {
-            break;
-        }
-    }
-    return list;
-}
-
-// Ends the run that begins with `start` and returns what came after it.
-fn cut_run(start: u32) -> u32 {
-    var last = start;
-    for (var n = 0u; n < tile.capacity; n++) {
-        let next = next_of(last);
-        if next == 0u {
-            return 0u;
-        }
-        if depth_of(next) < depth_of(last) {
-            fragments[last - 1u].next = 0u;
-            return next;
-        }
-        last = next;
-    }
-    return 0u;
+fn run_after(number: u32) -> u32 {
+    return select(0u, fragments[max(number, 1u) - 1u].run, number != 0u);
 }

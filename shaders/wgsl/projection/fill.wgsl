@@ -17,6 +17,8 @@ fn fs_fill(in: Varying) {
     if number > tile.capacity {
         return;
     }
-    let next = atomicExchange(&heads[head_of(in.position)], number);
-    fragments[number - 1u] = Fragment(sum.x, sum.y, sum.z, segment_depth(sum), chord.depth, next);
+    // Each begins as a run for itself.
+    let run = atomicExchange(&heads[head_of(in.position)], number);
+    let depth = segment_depth(sum);
+    fragments[number - 1u] = Fragment(sum.x, sum.y, sum.z, depth, chord.depth, 0u, run);
 }

@@ -216,6 +216,20 @@ impl Pass<'_> {
 }
 
 impl Culled {
+    /// The same cells, `listed`, drawn whole.
+    pub(crate) fn whole(&self, gpu: &Gpu, listed: &[u32]) -> Result<Culled, Error> {
+        let storage = BufferUsages::STORAGE;
+        Ok(Culled {
+            ranges: self.ranges.clone(),
+            drawn: gpu.upload("the list of drawn cells", listed, storage)?,
+            pieces: gpu.upload("the cells' pieces", &[[NO_CELL, 0]], storage)?,
+            items: listed.len() as u32,
+            cells: self.cells,
+            in_pieces: false,
+            in_parts: false,
+        })
+    }
+
     /// Indices of the cells that are drawn, and where cells are in pieces the first of each
     /// of the mesh's `cell_count` cells and the end of the last.
     pub(crate) fn read(

@@ -1,5 +1,5 @@
 //! Passes 3 and 4 where each pixel sorts: list fragments (`fill.wgsl`), then add them
-//! up (`composite.wgsl`), tile by tile.
+//! up (`composite.wgsl`), tile by tile, in as many turns as the longest list may need.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -26,7 +26,18 @@ pub(crate) const UNTOUCHED: wgpu::ColorTargetState = wgpu::ColorTargetState {
 };
 
 /// Bytes of a `Fragment` in `fragments.wgsl`.
-pub(crate) const FRAGMENT_BYTES: u64 = 24;
+pub(crate) const FRAGMENT_BYTES: u64 = 28;
+
+/// Bytes of a `State` in `composite.wgsl`.
+pub(crate) const STATE_BYTES: u64 = 40;
+
+/// Passes of the loop in one turn, as in `composite.wgsl`: a quarter of what llvmpipe makes
+/// before it ends a loop, and some 10 ms of reading one number after the other elsewhere.
+const PASSES: u64 = 1 << 14;
+
+/// Numbers in `heads` before those of pixels: how many fragments there are, and how many
+/// pixels were not done.
+const COUNTS: u64 = 2;
 
 /// The pipelines of the passes and the buffers of the last frame.
 #[derive(Debug)]
@@ -43,6 +54,8 @@ pub(crate) struct ListPass {
 struct Lists {
     heads: wgpu::Buffer,
     fragments: wgpu::Buffer,
+    /// Of one pixel alone where no tile needs two turns.
+    states: wgpu::Buffer,
 }
 
 impl ListPass {
@@ -50,7 +63,12 @@ impl ListPass {
         let label = "projection::lists";
         let constants = [model_constant(OpticalModel::EmissionAbsorption)];
         gpu.checked(label, 0, || {
-            let tile_layout = layout(gpu, label, ShaderStages::FRAGMENT, &[UNIFORM, WRITE, WRITE]);
+            let tile_layout = layout(
+                gpu,
+                label,
+                ShaderStages::FRAGMENT,
+                &[UNIFORM, WRITE, WRITE, WRITE],
+            );
             let [frame, volume] = cells.layouts();
             let layout = pipeline_layout(gpu, label, &[frame, volume, &tile_layout]);
             let module_of = |source| module(gpu, label, source);
@@ -111,7 +129,7 @@ impl ListPass {
     }
 
     /// Records both passes for each tile into `gathered`. Returns the buffer that gets
-    /// the number of fragments of each tile, u32.
+    /// of each tile, u32, the number of fragments and that of pixels that were not done.
     pub(crate) fn record(
         &self,
         gpu: &Gpu,
@@ -123,51 +141,75 @@ impl ListPass {
     ) -> Result<wgpu::Buffer, Error> {
         let lists = self.lists(gpu, tiles)?;
         let usage = BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-        let counts = gpu.buffer("projection::counts", 4 * tiles.len() as u64, usage)?;
+        let counts = gpu.buffer("projection::counts", 4 * COUNTS * tiles.len() as u64, usage)?;
         for (tile, place) in tiles.iter().zip(0_u64..) {
-            let uniform = gpu_data::Tile {
-                origin: tile.origin,
-                width: tile.size[0],
-                capacity: (lists.fragments.size() / FRAGMENT_BYTES) as u32,
-            };
-            let uniform = gpu.upload("projection::tile", &[uniform], BufferUsages::UNIFORM)?;
+            let turns = turns(tile.deepest);
             let label = "projection::lists";
-            gpu.checked(label, 0, || {
-                let buffers = [&uniform, &lists.heads, &lists.fragments];
+            let turn_group = |turn: u32| -> Result<wgpu::BindGroup, Error> {
+                let uniform = gpu_data::Tile {
+                    origin: tile.origin,
+                    width: tile.size[0],
+                    capacity: (lists.fragments.size() / FRAGMENT_BYTES) as u32,
+                    turn,
+                    turns,
+                };
+                let uniform = gpu.upload("projection::tile", &[uniform], BufferUsages::UNIFORM)?;
+                let buffers = [&uniform, &lists.heads, &lists.fragments, &lists.states];
                 let buffers = buffers.map(|b| b.as_entire_binding());
-                let group = group(gpu, label, &self.tile_layout, &buffers);
+                gpu.checked(label, 0, || group(gpu, label, &self.tile_layout, &buffers))
+            };
+            // All between the first and the last turn are alike.
+            let first = turn_group(0)?;
+            let between = (turns > 2).then(|| turn_group(1)).transpose()?;
+            let last = (turns > 1).then(|| turn_group(turns - 1)).transpose()?;
+            gpu.checked(label, 0, || {
                 let ([x, y], [width, height]) = (tile.origin, tile.size);
                 encoder.clear_buffer(&lists.heads, 0, None);
                 {
                     let load = wgpu::LoadOp::Load;
                     let mut pass = begin(encoder, "projection::fill", gathered, load);
-                    pass.set_bind_group(2, &group, &[]);
+                    pass.set_bind_group(2, &first, &[]);
                     pass.set_scissor_rect(x, y, width, height);
                     cells.draw(gpu, &mut pass, frame, data);
                 }
-                {
+                for turn in 0..turns {
+                    let group = match turn {
+                        0 => Some(&first),
+                        _ if turn + 1 == turns => last.as_ref(),
+                        _ => between.as_ref(),
+                    };
                     let load = wgpu::LoadOp::Load;
                     let mut pass = begin(encoder, "projection::composite", gathered, load);
                     cells.bind(gpu, &mut pass, frame, data);
                     pass.set_pipeline(&self.composite);
-                    pass.set_bind_group(2, &group, &[]);
+                    pass.set_bind_group(2, group, &[]);
                     pass.set_scissor_rect(x, y, width, height);
                     pass.draw(0..3, 0..1);
                 }
-                encoder.copy_buffer_to_buffer(&lists.heads, 0, &counts, 4 * place, 4);
+                let size = 4 * COUNTS;
+                encoder.copy_buffer_to_buffer(&lists.heads, 0, &counts, size * place, size);
             })?;
         }
         Ok(counts)
     }
 
+    /// Passes that `record` makes for `tiles`.
+    pub(crate) fn passes(tiles: &[Tile]) -> u64 {
+        tiles.iter().map(|t| 1 + u64::from(turns(t.deepest))).sum()
+    }
+
     /// Buffers that suffice for each of `tiles`, kept for the next frame.
     fn lists(&self, gpu: &Gpu, tiles: &[Tile]) -> Result<Lists, Error> {
         let most = |measure: fn(&Tile) -> u64| tiles.iter().map(measure).max().unwrap_or(0);
-        let pixels = most(|t| u64::from(t.size[0]) * u64::from(t.size[1]));
-        let heads = 4 * (1 + pixels);
+        let pixels = |t: &Tile| u64::from(t.size[0]) * u64::from(t.size[1]);
+        let heads = 4 * (COUNTS + tiles.iter().map(pixels).max().unwrap_or(0));
         let fragments = FRAGMENT_BYTES * most(|t| t.most).max(1);
+        let in_turns = tiles.iter().filter(|t| turns(t.deepest) > 1);
+        let states = STATE_BYTES * in_turns.map(pixels).max().unwrap_or(1);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let fits = |l: &&Lists| l.heads.size() >= heads && l.fragments.size() >= fragments;
+        let fits = |l: &&Lists| {
+            l.heads.size() >= heads && l.fragments.size() >= fragments && l.states.size() >= states
+        };
         if let Some(lists) = kept.as_ref().filter(fits) {
             return Ok(lists.clone());
         }
@@ -177,8 +219,33 @@ impl ListPass {
         let lists = Lists {
             heads: gpu.buffer("projection::heads", heads, usage)?,
             fragments: gpu.buffer("projection::fragments", fragments, BufferUsages::STORAGE)?,
+            states: gpu.buffer("projection::states", states, BufferUsages::STORAGE)?,
         };
         *kept = Some(lists.clone());
         Ok(lists)
+    }
+}
+
+/// Turns of `composite.wgsl` that are sure to sort a list of `fragments`: n ⌈log₂ n⌉ passes
+/// and one, n where it is 1.
+fn turns(fragments: u64) -> u32 {
+    let rounds = u64::from(fragments.next_power_of_two().ilog2()).max(1);
+    let passes = fragments.saturating_mul(rounds).saturating_add(1);
+    u32::try_from(passes.div_ceil(PASSES)).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lists_take_more_turns() {
+        for (fragments, passes) in [(0, 1), (1, 2), (2, 3), (3, 7), (1024, 10_241)] {
+            assert!(passes <= PASSES);
+            assert_eq!(turns(fragments), 1, "{fragments}");
+        }
+        // 1639 · 11 + 1 = 18 030 and 100 000 · 17 + 1 passes.
+        assert_eq!(turns(1639), 2);
+        assert_eq!(turns(100_000), 104);
     }
 }

@@ -1,14 +1,16 @@
 //! What `reload` and `restyle` replace, and how it is made.
 
-use tetrascope_core::{Appearance, Error, OpticalModel};
+use std::sync::OnceLock;
+
+use tetrascope_core::{Appearance, Error, OpticalModel, TetMesh};
 use tetrascope_gpu::gather::ResolvePass;
 use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::{Gpu, Integration};
 
 use super::READ_BACK_FORMAT;
 use crate::centroids::Centroids;
-use crate::mpvo::Mpvo;
-use crate::options::{Order, ProjectionOptions};
+use crate::mpvo::{Mpvo, unproven};
+use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellData, CellPass, Into, Uploaded};
 use crate::passes::faces::FacePass;
 use crate::passes::lists::ListPass;
@@ -28,18 +30,27 @@ pub(super) struct Scene {
     pub(super) sorting: Sorting,
     pub(super) surfaces: Option<SurfaceData>,
     pub(super) cell: CellData,
+    /// For lists in pixels, where `sorting` is another that was not right in some view.
+    pub(super) whole_cells: OnceLock<CellData>,
     /// Into the caller's format, and into the one that `render` reads back.
     pub(super) resolve: [ResolvePass; 2],
 }
 
-/// What sorts, compiled when a model first needs it.
-#[derive(Debug)]
-pub(super) enum Sorter {
+/// How the cells of a scene are ordered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
     None,
-    Centroid(OrderPass),
+    Centroid,
     CentroidOnCpu,
     Mpvo,
-    PerPixel(ListPass),
+    PerPixel,
+}
+
+/// What sorts, compiled when it is first needed.
+#[derive(Debug, Default)]
+pub(super) struct Sorter {
+    order: Option<OrderPass>,
+    lists: OnceLock<ListPass>,
 }
 
 /// What it sorts with in one scene.
@@ -74,38 +85,35 @@ impl Parts<'_> {
         let gpu = self.gpu;
         let model = appearance.optical_model;
         // Tables and surfaces want whole segments, and lists in pixels sort those.
-        let in_lists = matches!(self.sorter, Sorter::PerPixel(_)) && !model.commutes();
+        let way = Way::of(gpu, self.options, model, &geometry.mesh);
+        let in_lists = way == Way::PerPixel;
         let pieces = self.options.integration == Integration::Exact
             && model != OpticalModel::Isosurfaces
             && appearance.depth_cue.is_none()
             && self.face_pass.is_none()
             && !in_lists;
-        let on_cpu = matches!(
-            self.sorter,
-            Sorter::CentroidOnCpu | Sorter::Mpvo | Sorter::PerPixel(_)
-        );
         let looked = Looked {
             appearance,
             integration: self.options.integration,
             table,
             pieces,
-            listed: on_cpu && !model.commutes(),
+            listed: !matches!(way, Way::None | Way::Centroid),
         };
         let look = Look::upload(gpu, &geometry, &field, &looked)?;
-        let sorting = match self.sorter {
-            _ if model.commutes() => Sorting::None,
-            Sorter::None => Sorting::None,
-            Sorter::Centroid(pass) => {
+        let sorting = match way {
+            Way::None => Sorting::None,
+            Way::Centroid => {
+                let pass = self.sorter.order.as_ref().expect("prepared for the scene");
                 Sorting::Centroid(pass.data(gpu, &geometry, &field.scalars, &look)?)
             }
-            Sorter::CentroidOnCpu => {
+            Way::CentroidOnCpu => {
                 Sorting::CentroidOnCpu(Centroids::new(&geometry, look.listed.cells.clone()))
             }
-            Sorter::Mpvo => {
+            Way::Mpvo => {
                 let normalization = &geometry.normalization;
                 Sorting::Mpvo(Mpvo::new(&geometry.mesh, normalization, &look.listed.cells))
             }
-            Sorter::PerPixel(_) => Sorting::PerPixel,
+            Way::PerPixel => Sorting::PerPixel,
         };
         let transform = self.transform_pass.data(gpu, &geometry, &field)?;
         let drawn = match &sorting {
@@ -120,8 +128,8 @@ impl Parts<'_> {
             }
             _ => None,
         };
-        let into = match (&sorting, self.sorter) {
-            (Sorting::PerPixel, Sorter::PerPixel(pass)) => Into::Lists(pass),
+        let into = match way {
+            Way::PerPixel => Into::Lists(self.sorter.lists(gpu, self.cell_pass)?),
             _ => Into::Sum,
         };
         let into = match (self.surface_pass, &surfaces) {
@@ -150,29 +158,88 @@ impl Parts<'_> {
             sorting,
             surfaces,
             cell,
+            whole_cells: OnceLock::new(),
             resolve: [resolve, resolve_read_back],
         })
     }
 }
 
+impl Scene {
+    /// What draws whole cells into lists, made when a view first needs it. Submits nothing.
+    pub(super) fn whole_cells(&self, parts: &Parts) -> Result<&CellData, Error> {
+        if self.sorting.is_per_pixel() {
+            return Ok(&self.cell);
+        }
+        if self.whole_cells.get().is_none() {
+            let look = self.look.whole(parts.gpu)?;
+            let uploaded = Uploaded {
+                geometry: &self.geometry,
+                field: &self.field,
+                look: &look,
+            };
+            let into = Into::Lists(parts.sorter.lists(parts.gpu, parts.cell_pass)?);
+            let (drawn, model) = (&look.culled.drawn, self.appearance.optical_model);
+            let cells = parts
+                .cell_pass
+                .data(parts.gpu, uploaded, drawn, model, into)?;
+            // Another thread may have been first.
+            let _ = self.whole_cells.set(cells);
+        }
+        Ok(self.whole_cells.get().expect("just set"))
+    }
+}
+
+impl Sorting {
+    pub(super) fn is_per_pixel(&self) -> bool {
+        matches!(self, Sorting::PerPixel)
+    }
+}
+
+impl Way {
+    fn of(gpu: &Gpu, options: &ProjectionOptions, model: OpticalModel, mesh: &TetMesh) -> Way {
+        match options.order {
+            _ if model.commutes() => Way::None,
+            Order::Unsorted => Way::None,
+            Order::Centroid if options.sort.is_on_cpu(gpu) => Way::CentroidOnCpu,
+            Order::Centroid => Way::Centroid,
+            Order::Mpvo => Way::Mpvo,
+            Order::PerPixel => Way::PerPixel,
+            Order::Auto if options.exit_search != ExitSearch::PerFragment => Way::Mpvo,
+            Order::Auto if unproven(mesh).is_none() => Way::Mpvo,
+            Order::Auto => Way::PerPixel,
+        }
+    }
+}
+
 impl Sorter {
-    /// Compiles what `model` needs and is not there yet.
+    /// Compiles what a scene needs and is not there yet.
     pub(super) fn prepare(
         &mut self,
         gpu: &Gpu,
         options: &ProjectionOptions,
         cell_pass: &CellPass,
         model: OpticalModel,
+        mesh: &TetMesh,
     ) -> Result<(), Error> {
-        if matches!(self, Sorter::None) && !model.commutes() {
-            *self = match options.order {
-                Order::Unsorted => Sorter::None,
-                Order::Centroid if options.sort.is_on_cpu(gpu) => Sorter::CentroidOnCpu,
-                Order::Centroid => Sorter::Centroid(OrderPass::new(gpu)?),
-                Order::Mpvo => Sorter::Mpvo,
-                Order::PerPixel => Sorter::PerPixel(ListPass::new(gpu, cell_pass)?),
-            };
+        match Way::of(gpu, options, model, mesh) {
+            Way::Centroid if self.order.is_none() => self.order = Some(OrderPass::new(gpu)?),
+            Way::PerPixel => _ = self.lists(gpu, cell_pass)?,
+            _ => {}
         }
         Ok(())
+    }
+
+    /// The passes of lists in pixels, compiled when first asked for.
+    pub(super) fn lists(&self, gpu: &Gpu, cell_pass: &CellPass) -> Result<&ListPass, Error> {
+        if self.lists.get().is_none() {
+            // Another thread may have been first.
+            let _ = self.lists.set(ListPass::new(gpu, cell_pass)?);
+        }
+        Ok(self.lists.get().expect("just set"))
+    }
+
+    /// The pass that sorts by centroids.
+    pub(super) fn order(&self) -> Option<&OrderPass> {
+        self.order.as_ref()
     }
 }

@@ -58,7 +58,7 @@ impl Projection {
             depth.clip_from_world * world_from_normalized * DMat4::from(from_normalized.inverse());
         let into = (target, depth.view);
         pass.record_among(&self.gpu, encoder, (&uniform.frame, &clip), &textures, into)?;
-        let mut stats = self.stats();
+        let mut stats = self.stats(false);
         stats.passes += 3;
         Ok(stats)
     }

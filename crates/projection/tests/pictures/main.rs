@@ -3,6 +3,7 @@
 mod common;
 
 mod look;
+mod order;
 mod per_vertex;
 mod surfaces;
 mod tables;

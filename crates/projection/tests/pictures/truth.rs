@@ -110,6 +110,7 @@ fn centroids_are_sorted_alike_on_the_device_and_on_the_cpu() {
         for (from, view) in views(&volume) {
             let [gpu_frame, cpu_frame] = [Sort::Gpu, Sort::Cpu].map(|sort| {
                 let options = ProjectionOptions {
+                    order: Order::Centroid,
                     sort,
                     ..ProjectionOptions::default()
                 };
@@ -467,6 +468,7 @@ fn what_is_left_out_is_counted() {
     let view = views(&volume)[0].1;
     let mut appearance = Appearance::new(transfer_function, OpticalModel::EmissionAbsorption);
     let options = ProjectionOptions {
+        order: Order::Centroid,
         sort: Sort::Gpu,
         ..ProjectionOptions::default()
     };

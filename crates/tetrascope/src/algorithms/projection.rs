@@ -15,15 +15,16 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     paper: "M. Weiler, M. Kraus, T. Ertl, \"Hardware-Based View-Independent Cell Projection\", \
             IEEE Symposium on Volume Visualization and Graphics, 2002, pp. 13-22",
     draws: "any mesh in every optical model; with emission and absorption cells are sorted by \
-            their centroids, which is not always the order of visibility, unless order=mpvo or \
-            order=per-pixel is set",
+            their faces where that is known to be right, and else fragments in each pixel; \
+            order=centroid is faster and not always right",
     needs_gpu: true,
     settings: &[
         Setting {
             name: "order",
-            about: "the order of cells, where the optical model does not commute",
-            values: Values::Choice(&["unsorted", "centroid", "mpvo", "per-pixel"]),
-            default: "centroid",
+            about: "the order of cells, where the optical model does not commute; auto is mpvo \
+                    where that is known to be right, else per-pixel",
+            values: Values::Choice(&["auto", "unsorted", "centroid", "mpvo", "per-pixel"]),
+            default: "auto",
         },
         Setting {
             name: "sort",
@@ -117,6 +118,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
 fn sweep(model: OpticalModel) -> &'static [&'static str] {
     match model {
         OpticalModel::EmissionAbsorption => &[
+            "",
             "order=centroid",
             "order=mpvo",
             "order=per-pixel",
@@ -166,8 +168,8 @@ fn promise(settings: &Settings) -> Promise {
         return Promise::Open;
     }
     match (exact, settings.get("order")) {
-        ([true, true], "per-pixel") => Promise::Exact,
-        ([true, true], "mpvo") => Promise::ExactIfAcyclic,
+        ([true, true], "auto" | "per-pixel") => Promise::Exact,
+        ([true, true], "mpvo") => Promise::ExactIfProven,
         ([true, true], _) => Promise::RoughOrder,
         _ => Promise::Open,
     }
