@@ -24,7 +24,8 @@ pub struct Frame {
 pub struct FrameStats {
     /// Wall time of the frame on the CPU, readback included, seconds.
     pub cpu_seconds: f64,
-    /// Time between the first and last command on the GPU, seconds.
+    /// Time between the first and last command on the GPU, seconds. On a software adapter,
+    /// whose clocks cannot be relied on, from submitting the commands until they are done.
     pub gpu_seconds: Option<f64>,
     /// Render and compute passes recorded.
     pub passes: u64,

@@ -115,8 +115,8 @@ impl Gpu {
     /// alone. Renderers use what features and limits the device was made with:
     /// [`Features::FLOAT32_BLENDABLE`] keeps blending in f32,
     /// [`Features::FLOAT32_FILTERABLE`] and [`Features::TEXTURE_FORMAT_16BIT_NORM`] let
-    /// texture units filter samples of a grid, and [`Features::TIMESTAMP_QUERY`] and [`Features::PIPELINE_STATISTICS_QUERY`] measure
-    /// frames.
+    /// texture units filter the samples of a grid, and [`Features::TIMESTAMP_QUERY`] and
+    /// [`Features::PIPELINE_STATISTICS_QUERY`] measure frames.
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Gpu {
         Gpu::with_failure(device, queue, Failure::default())
     }

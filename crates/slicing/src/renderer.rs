@@ -469,7 +469,8 @@ impl Slicing {
         stats.bytes_resident = scene.voxels.bytes + scene.intervals.size();
         let format = slice::sum_format(&self.gpu, scene.appearance.optical_model);
         if matches!(format, TextureFormat::R16Float | TextureFormat::Rgba16Float) {
-            let note = "this device does not blend f32, so slabs add up in f16";
+            let note = "this device does not blend f32, so slabs add up in f16, and thin ones \
+                        may be lost";
             stats.notes.push(note.into());
         }
         if self.options.traversal == Traversal::Gpu && scene.cull.is_none() {

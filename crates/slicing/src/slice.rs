@@ -81,7 +81,7 @@ pub(crate) struct Look<'a> {
     pub(crate) appearance: &'a Appearance,
     /// A bound of the optical depth of any slab.
     pub(crate) deepest: f32,
-    /// Whether there are samples that are NaN.
+    /// Whether there are samples that are not finite.
     pub(crate) gaps: bool,
 }
 

@@ -20,7 +20,7 @@ fn integrate(front: f32, back: f32, length: f32) -> vec4f {
     var sum = vec4f(0.0);
     var index = find_interval(front, rising);
     var from_scalar = front;
-    // Bounded, so that a number that is none cannot hang the device.
+    // Bounded, so that a NaN cannot hang the device.
     let most = interval_count();
     for (var n = 0u; n < most; n++) {
         let i = interval(index);

@@ -260,6 +260,24 @@ fn undefined_scalars_are_counted_where_cells_use_them() {
     assert_eq!(mesh.scalar_range(), Some((0.0, 0.0)));
 }
 
+/// So that no renderer has to know more than NaN.
+#[test]
+fn a_scalar_that_is_not_finite_in_f32_becomes_nan() {
+    let most = f64::from(f32::MAX);
+    let values = vec![f64::INFINITY, -1e39, most, -most];
+    let scalars = Scalars {
+        name: "s".into(),
+        association: Association::Point,
+        values,
+    };
+    let mesh = TetMesh::from_tetrahedra(corner(), vec![[0, 1, 2, 3]], scalars).expect("valid");
+    let kept = &mesh.scalars().values;
+    assert!(kept[0].is_nan() && kept[1].is_nan());
+    assert_eq!(kept[2..], [most, -most]);
+    assert_eq!(mesh.report().non_finite_scalars, 2);
+    assert_eq!(mesh.scalar_range(), Some((-most, most)));
+}
+
 #[test]
 fn a_nearly_flat_cell_is_oriented_exactly() {
     // In f64, 1/3 is (1 − 2⁻⁵⁴)/3, and the next numbers follow at steps of 2⁻⁵⁴: two steps

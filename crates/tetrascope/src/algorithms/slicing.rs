@@ -37,7 +37,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
         },
         Setting {
             name: "filtering",
-            about: "interpolation in f32, or by the texture unit with 8 bits or more",
+            about: "interpolation in f32, or by the texture unit, whose fractions may have 8 bits",
             values: Values::Choice(&["exact", "hardware"]),
             default: "exact",
         },
