@@ -142,7 +142,8 @@ impl Counter<'_> {
                     body, continuing, ..
                 } => {
                     let own = table.get(met.loops).map(|l| l.passes);
-                    let own = own.expect("a loop is not in `LOOPS`");
+                    let name = || function.name.as_deref().unwrap_or("an entry point");
+                    let own = own.unwrap_or_else(|| panic!("`LOOPS` lacks a loop of {}", name()));
                     met.loops += 1;
                     let before = met.passes.replace(0);
                     self.block(function, body, table, met);
