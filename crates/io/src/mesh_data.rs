@@ -218,9 +218,9 @@ impl MeshData {
 /// begin at `base`; point (i, j, k) is number i + ni (j + nj k) of the block.
 pub(crate) fn add_hexahedra(cells: &mut Cells, dimensions: [u64; 3], base: u64) {
     let [ni, nj, nk] = dimensions;
-    for k in 0..nk - 1 {
-        for j in 0..nj - 1 {
-            for i in 0..ni - 1 {
+    for k in 0..nk.saturating_sub(1) {
+        for j in 0..nj.saturating_sub(1) {
+            for i in 0..ni.saturating_sub(1) {
                 let p = base + i + ni * (j + nj * k);
                 // VTK's order: around the face k, then around the face k + 1.
                 let face = [p, p + 1, p + 1 + ni, p + ni];
