@@ -9,6 +9,7 @@ mod places;
 mod report;
 mod sort;
 mod split;
+mod warp;
 
 use std::sync::{Arc, OnceLock};
 
@@ -19,7 +20,7 @@ use crate::{Bounds, Error, is_value};
 
 pub use adjacency::FACES;
 pub use boundary::BoundaryStatistics;
-pub use cell_type::type_name;
+pub use cell_type::{type_name, volume_corners};
 pub use report::MeshReport;
 pub use split::Split;
 
@@ -163,6 +164,9 @@ impl TetMesh {
                 ),
             });
         }
+        let named = cells.connectivity.iter().map(|&point| point as usize);
+        report.unused_points = unused_points(points.len(), named);
+        (report.warped, report.warp) = warp::warped_cells(&points, cells);
         let places = Places::new(&points, &split::used_corners(points.len(), cells));
         let pieces = split::split_cells(&points, cells, &places, split)?;
         TetMesh::from_pieces(points, &places, pieces, cells.types.len(), report, scalars)
@@ -191,6 +195,8 @@ impl TetMesh {
         }
         let mut report = MeshReport::default();
         report.cells_by_type.insert(10, tetrahedra.len());
+        let named = tetrahedra.iter().flatten().map(|&point| point as usize);
+        report.unused_points = unused_points(points.len(), named);
         TetMesh::from_pieces(points, &places, pieces, tetrahedra.len(), report, scalars)
     }
 
@@ -218,8 +224,6 @@ impl TetMesh {
             .par_iter()
             .filter(|cell| orientation(cell.map(|p| points[p as usize])).degenerate)
             .count();
-        let used = used_points(points.len(), &tetrahedra);
-        report.unused_points = used.iter().filter(|used| !**used).count();
         if sources
             .iter()
             .zip(0..)
@@ -231,6 +235,7 @@ impl TetMesh {
         report.coincident_points = match places.is_empty() {
             true => 0,
             false => {
+                let used = used_points(points.len(), &tetrahedra);
                 let places = used_points(points.len(), &places);
                 let is_other = |(used, place): &(&bool, &bool)| **used && !**place;
                 used.iter().zip(&places).filter(is_other).count()
@@ -500,6 +505,15 @@ fn check_point(points: &[DVec3], cell: usize, point: u64) -> Result<u32, Error> 
         }
         Some(_) => Ok(u32::try_from(point).expect("checked with the counts")),
     }
+}
+
+/// How many points no cell names.
+fn unused_points(point_count: usize, named: impl Iterator<Item = usize>) -> usize {
+    let mut used = vec![false; point_count];
+    for point in named {
+        used[point] = true;
+    }
+    used.iter().filter(|used| !**used).count()
 }
 
 fn used_points(point_count: usize, tetrahedra: &[[u32; 4]]) -> Vec<bool> {

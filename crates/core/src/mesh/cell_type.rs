@@ -179,6 +179,12 @@ impl Kind {
     }
 }
 
+/// How many corners a cell of VTK's type `cell_type` has, if it is a volume that is drawn;
+/// they are its first points.
+pub fn volume_corners(cell_type: u8) -> Option<usize> {
+    Kind::of(cell_type).shape().map(|shape| shape.corners)
+}
+
 /// What VTK calls a cell type, in the singular: "hexahedron".
 pub fn type_name(cell_type: u8) -> String {
     let name = match cell_type {

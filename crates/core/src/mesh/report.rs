@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::type_name;
 
 /// Counts of what a mesh consists of and of what is wrong with it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MeshReport {
     /// How many input cells there are of each VTK type, drawn or not.
@@ -35,13 +35,18 @@ pub struct MeshReport {
     pub quadratic: usize,
     /// Cells that are points, curves or surfaces, by VTK type; left out.
     pub skipped: BTreeMap<u8, usize>,
-    /// Points that no tetrahedron uses.
+    /// Points that no cell names. (Those in the middle of a curved cell's edges are named.)
     pub unused_points: usize,
     /// Points that lie exactly where an earlier one does, of those that tetrahedra use.
     pub coincident_points: usize,
     /// Faces between two tetrahedra that have different points there, which coincide:
     /// they are neighbors, and each keeps its own values.
     pub joined_faces: usize,
+    /// Cells with a quadrilateral that is so far from planar that the diagonals along which
+    /// it can be cut pass each other at more than a hundredth of their length.
+    pub warped: usize,
+    /// The greatest such distance in any cell, as a part of the longer diagonal.
+    pub warp: f64,
     /// Faces that three or more tetrahedra share; each takes it as boundary.
     pub crowded_faces: usize,
     /// Infinite or undefined values, at points that tetrahedra use or in cells; transparent.
@@ -69,6 +74,13 @@ impl MeshReport {
         );
         note(self.flipped, "cells had the opposite orientation: fixed");
         note(self.folded, "cells are folded, so parts of them overlap");
+        note(
+            self.warped,
+            &format!(
+                "cells have faces that are not planar: each is cut along one diagonal, and the other passes it at up to {:.2} of its length",
+                self.warp
+            ),
+        );
         note(self.degenerate, "tetrahedra have no volume: harmless");
         note(
             self.collapsed,

@@ -196,7 +196,8 @@ fn curved_cells_keep_their_corners_and_flat_ones_are_skipped() {
     let report = mesh.report();
     assert_eq!(report.quadratic, 2);
     assert_eq!(report.skipped, [(1, 1), (5, 1)].into());
-    assert_eq!(report.unused_points, 12 - 6);
+    // The points in the middle of edges are named: 8, at least.
+    assert_eq!(report.unused_points, 12 - 7);
     assert_eq!(mesh.source_cell(0), 1);
     assert_eq!(mesh.source_cell(1), 3);
     assert_eq!(
@@ -205,9 +206,34 @@ fn curved_cells_keep_their_corners_and_flat_ones_are_skipped() {
             "1 × vertex: no volume, left out",
             "1 × triangle: no volume, left out",
             "2 curved cells are drawn by their corners, with straight edges and linear fields",
-            "6 points belong to no cell",
+            "5 points belong to no cell",
         ]
     );
+}
+
+#[test]
+fn a_warped_face_is_counted_and_measured() {
+    let mut points = cube();
+    let flat = TetMesh::new(
+        points.clone(),
+        &cells(&[(12, &[0, 1, 2, 3, 4, 5, 6, 7])]),
+        scalars(8),
+    );
+    assert_eq!(flat.expect("valid").report().warped, 0);
+    let corner = points.iter_mut().find(|p| **p == DVec3::ONE);
+    corner.expect("a unit cube").z = 1.5;
+    let mesh = TetMesh::new(
+        points,
+        &cells(&[(12, &[0, 1, 2, 3, 4, 5, 6, 7])]),
+        scalars(8),
+    )
+    .expect("valid");
+    let report = mesh.report();
+    assert_eq!(report.warped, 1);
+    // Diagonals u = (1, 1, ½), 1.5 long, and v = (−1, 1, 0); u × v = (−½, −½, 2), and the
+    // side (1, 0, 0) between them: ½ / √4.5 / 1.5.
+    assert!((report.warp - 0.5 / 4.5_f64.sqrt() / 1.5).abs() < 1e-15);
+    assert!(report.notes()[0].contains("at up to 0.16 of its length"));
 }
 
 #[test]
