@@ -6,6 +6,7 @@ use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
+use rayon::prelude::*;
 use tetrascope_core::TetMesh;
 use tetrascope_core::glam::{DVec3, Vec3A};
 
@@ -20,6 +21,8 @@ pub(crate) struct Geometry {
     pub(crate) scale: f64,
     /// A bound on the distance of vertices from `center`, world units.
     pub(crate) radius: f64,
+    /// Where the cells of each of the BVH's boxes begin in `cells`, and their number.
+    starts: Vec<u32>,
     /// Vertex indices of each cell, increasing, in the order of the BVH's leaves:
     /// faces list their vertices in one order whichever cell asks.
     pub(crate) cells: Vec<[u32; 4]>,
@@ -40,19 +43,32 @@ impl Geometry {
             0.0 => 1.0, // one point, or nothing
             half => power_of_two(half),
         };
-        let boxes: Vec<CellBox> = mesh
+        // The builder joins pairs of boxes that are nearest to each other, and finds a single
+        // pair at a time among boxes that are all equal: quadratic. They are where one point
+        // lies so far from the others that these coincide in f32. Equal boxes are one to it.
+        let mut boxes: Vec<(CellBox, u32)> = mesh
             .tetrahedra()
-            .iter()
-            .map(|cell| CellBox::of(cell.map(|v| (mesh.points()[v as usize] - center) / scale)))
+            .par_iter()
+            .zip(0_u32..u32::MAX)
+            .map(|(cell, id)| {
+                let vertices = cell.map(|v| (mesh.points()[v as usize] - center) / scale);
+                (CellBox::of(vertices), id)
+            })
             .collect();
-        let bvh = (!boxes.is_empty()).then(|| {
+        boxes.par_sort_unstable_by_key(|(cell_box, id)| (cell_box.bits(), *id));
+        let groups: Vec<&[(CellBox, u32)]> = boxes
+            .chunk_by(|(a, _), (b, _)| a.bits() == b.bits())
+            .collect();
+        let bvh = (!groups.is_empty()).then(|| {
+            let boxes: Vec<CellBox> = groups.iter().map(|group| group[0].0).collect();
             let params = BvhBuildParams::medium_build(); // slower ones split boxes, which is for triangles
             build_bvh2(&boxes, params, &mut Duration::default())
         });
-        let ids = match &bvh {
-            Some(bvh) => bvh.primitive_indices.clone(),
-            None => Vec::new(),
-        };
+        let (mut starts, mut ids) = (vec![0], Vec::with_capacity(boxes.len()));
+        for &group in bvh.iter().flat_map(|bvh| &bvh.primitive_indices) {
+            ids.extend(groups[group as usize].iter().map(|&(_, id)| id));
+            starts.push(ids.len() as u32);
+        }
         let cells = ids
             .iter()
             .map(|&id| {
@@ -67,6 +83,7 @@ impl Geometry {
             scale,
             // Rounding of `half` and of the length: a few ulp.
             radius: half.length() * (1.0 + 8.0 * f64::EPSILON),
+            starts,
             cells,
             ids,
         }
@@ -91,7 +108,8 @@ impl Geometry {
             }
             if node.prim_count > 0 {
                 let first = node.first_index as usize;
-                found(first..first + node.prim_count as usize);
+                let end = first + node.prim_count as usize;
+                found(self.starts[first] as usize..self.starts[end] as usize);
             } else {
                 stack.push(node.first_index + 1);
                 stack.push(node.first_index);
@@ -120,7 +138,8 @@ impl Geometry {
         let nodes = self.bvh.as_ref().map_or(0, |bvh| {
             size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.primitive_indices[..])
         });
-        nodes + size_of_val(&self.cells[..]) + size_of_val(&self.ids[..])
+        let starts = size_of_val(&self.starts[..]);
+        nodes + starts + size_of_val(&self.cells[..]) + size_of_val(&self.ids[..])
     }
 }
 
@@ -140,6 +159,7 @@ impl Plane {
 }
 
 /// The padded box of a cell in BVH space.
+#[derive(Clone, Copy)]
 struct CellBox(Aabb);
 
 impl CellBox {
@@ -152,10 +172,56 @@ impl CellBox {
             max + Vec3A::splat(PADDING),
         ))
     }
+
+    /// In which no two boxes that differ are the same.
+    fn bits(&self) -> [[u32; 3]; 2] {
+        [self.0.min, self.0.max].map(|corner| corner.to_array().map(f32::to_bits))
+    }
 }
 
 impl obvhs::Boundable for CellBox {
     fn aabb(&self) -> Aabb {
         self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tetrascope_core::Scalars;
+    use tetrascope_core::mesh::Association;
+
+    use super::*;
+
+    /// Tetrahedra of unit size around the points of a lattice, and one that reaches to `far`.
+    fn lattice_and(far: f64) -> TetMesh {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| 0.9 * p);
+        let mut points = Vec::new();
+        for i in 0..4096 {
+            let at = [i % 16, i / 16 % 16, i / 256].map(f64::from);
+            points.extend(corners.map(|corner| DVec3::from_array(at) + corner));
+        }
+        points[4] = DVec3::splat(far);
+        let cells = (0..4096).map(|i| [0, 1, 2, 3].map(|corner| 4 * i + corner));
+        let scalars = Scalars {
+            name: "zero".into(),
+            association: Association::Point,
+            values: vec![0.0; points.len()],
+        };
+        TetMesh::from_tetrahedra(points, cells.collect(), scalars).expect("a mesh")
+    }
+
+    #[test]
+    fn one_point_far_from_all_others_does_not_make_building_quadratic() {
+        for exponent in 2..40 {
+            let geometry = Geometry::new(&lattice_and(10_f64.powi(exponent)));
+            let bvh = geometry.bvh.as_ref().expect("there are cells");
+            // The builder's passes over all boxes, at least 96 as it counts. One per cell
+            // would be 4 096.
+            assert!(bvh.max_depth < 200, "1e{exponent}: {}", bvh.max_depth);
+            let mut ids = geometry.ids.clone();
+            ids.sort_unstable();
+            assert!(ids.into_iter().eq(0..4096), "1e{exponent}");
+            assert_eq!(geometry.starts.last(), Some(&4096));
+        }
     }
 }
