@@ -58,7 +58,7 @@ fn sphere(cells: u64) -> TetMesh {
 
 fn blunt_fin() -> Option<TetMesh> {
     let data = data("bluntfinxyz.bin")?;
-    let field = data.field(Some("density")).expect("a field").clone();
+    let field = data.field(Some("density")).expect("a field");
     let mesh = TetMesh::with_split(data.points, &data.cells, field, Split::FiveAlternating);
     Some(mesh.expect("a mesh"))
 }
@@ -87,7 +87,7 @@ fn angular_sector() -> Option<TetMesh> {
 fn refined_spx() -> Option<TetMesh> {
     let data = data("spx.vtu")?;
     let points = data.points.clone();
-    let field = data.fields[0].clone();
+    let field = data.scalars(0).expect("a field");
     let coarse = data.into_mesh(None).expect("a mesh");
     let mut used = vec![false; points.len()];
     for &point in coarse.tetrahedra().iter().flatten() {

@@ -22,6 +22,7 @@ use tetrascope_core::{Error, Grid, Volume};
 
 pub use raw::{ByteOrder, RawFile, RawLayout};
 
+use crate::fields::{Choice, choose, is_wide};
 use crate::source::Source;
 use payload::{Encoding, Payload};
 
@@ -70,19 +71,26 @@ impl FieldSamples {
 }
 
 impl GridData {
-    /// The volume with the field called `name`, or with the first; and the field's name.
+    /// The number of the field that a name means, and what is to be said about the choice;
+    /// as [`MeshData::choose`](crate::MeshData::choose).
     ///
     /// # Errors
     /// [`Error::NoSuchField`] with the fields that exist.
+    pub fn choose(&self, name: Option<&str>) -> Result<(usize, Option<String>), Error> {
+        let fields = self.fields.iter();
+        let names: Vec<_> = fields.map(|f| (f.name.as_str(), f.association)).collect();
+        let choice = choose(&names, name, |i| is_wide(self.fields[i].samples.range()));
+        let Choice { index, note } =
+            choice.ok_or_else(|| self.no_field(name.unwrap_or_default()))?;
+        Ok((index, note))
+    }
+
+    /// The volume with the field that [`GridData::choose`] finds; and the field's name.
+    ///
+    /// # Errors
+    /// As [`GridData::choose`].
     pub fn into_volume(self, name: Option<&str>) -> Result<(Volume, String), Error> {
-        let chosen = match name {
-            None => 0,
-            Some(name) => self
-                .fields
-                .iter()
-                .position(|field| field.name == name)
-                .ok_or_else(|| self.no_field(name))?,
-        };
+        let (chosen, _) = self.choose(name)?;
         let field = self.fields.into_iter().nth(chosen);
         let field = field.ok_or_else(|| Error::invalid("a grid without a field"))?;
         let volume = match field.samples {
@@ -313,7 +321,7 @@ pub(crate) fn split(
             Samples::F32(v) => Samples::F32(every(v, first, step, points)),
             other => other.clone(),
         };
-        let suffix = crate::fields::component_name(component, components);
+        let suffix = crate::fields::component_name(component, &[]);
         fields.push((format!("{name}-{suffix}"), samples));
     }
     fields

@@ -19,9 +19,17 @@
 //! Samples of grids stay 8- and 16-bit integers or 32-bit floats, as they are stored;
 //! other types become 32-bit floats, with a note if that rounds.
 //!
+//! # Fields of meshes
+//! They have the file's names, also for components: `Velocity-magnitude`, `stress-XY`; a
+//! component without a name has its number. [`MeshData::choose`] says what a name means.
+//! Values are decoded when they are asked for, so that a file of many fields needs the
+//! memory of one.
+//!
 //! # Hostile files
 //! Meshes and VTK files are read to memory, samples of other grids a few at a time, and every count in them is checked against the
-//! bytes that are there before anything is allocated by it. What is wrong is an
+//! bytes that are there before anything is allocated by it. Of compressed meshes, points and
+//! cells may take 32 MB and 32 times the file: points that no cell uses are left out beyond
+//! that, and cells that are more repeat each other and are refused. What is wrong is an
 //! [`Error::Format`](tetrascope_core::Error::Format) that says what and where.
 
 mod fields;
@@ -36,6 +44,6 @@ pub mod vtu;
 
 pub use grid::{FieldSamples, GridData, GridField, RawFile};
 pub use image::{encode_exr, encode_npy, encode_png, write_file, write_image};
-pub use mesh_data::MeshData;
+pub use mesh_data::{MeshData, MeshField};
 pub use read::{FileData, ReadOptions, read_file, read_mesh};
 pub(crate) use vtk::parse_float;

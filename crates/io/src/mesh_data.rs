@@ -4,14 +4,16 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use tetrascope_core::glam;
-use tetrascope_core::mesh::Association;
+use tetrascope_core::mesh::{Association, volume_corners};
 use tetrascope_core::{Cells, Error, Scalars, TetMesh};
 
-use crate::fields::{Array, GHOST_LEVELS};
-use crate::source::{Source, count};
+use crate::fields::{
+    Array, Choice, GHOST_LEVELS, MOST_COMPONENTS, Part, association_name, choose, is_wide,
+};
+use crate::source::{Source, count, reserve, room};
 
 /// An unstructured mesh as a file holds it, with all its fields.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct MeshData {
     /// Positions, world space. Some may be used by no cell.
     pub points: Vec<DVec3>,
@@ -19,65 +21,228 @@ pub struct MeshData {
     pub cells: Cells,
     /// Every scalar field; a vector is its components and its magnitude. The
     /// file's active scalars come first, then scalars, then parts of vectors,
-    /// then identifiers.
-    pub fields: Vec<Scalars>,
+    /// then identifiers and masks. Their values are read when they are asked for.
+    pub fields: Vec<MeshField>,
     /// What was found out, repaired or left out: one sentence each.
     pub notes: Vec<String>,
     /// The files that were read: the mesh's and, with Plot3D, the solution's.
     pub files: Vec<PathBuf>,
+    /// What the fields are parts of.
+    pub(crate) arrays: Vec<Array>,
+    /// Whether each of the file's cells is among `cells`; empty if all are.
+    pub(crate) kept_cells: Vec<bool>,
+    /// Arrays that cannot be drawn, by name, and why.
+    pub(crate) left_out: Vec<(String, String)>,
+}
+
+/// A scalar field of a mesh file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshField {
+    /// What the file calls it: `T`, `stress-XY`, `velocity-magnitude`.
+    pub name: String,
+    /// Where its values live.
+    pub association: Association,
+    /// The least and greatest finite value that volume cells use, if there is any.
+    pub range: Option<(f64, f64)>,
+    /// How many values that volume cells use are not finite.
+    pub missing: u64,
+    /// Of the arrays of the mesh, and what it takes of it.
+    array: usize,
+    part: Part,
 }
 
 impl MeshData {
-    /// The least and greatest finite value of each field, at points that cells use.
-    pub fn field_ranges(&self) -> Vec<Option<(f64, f64)>> {
-        let used = self.used_points();
-        self.fields
-            .iter()
-            .map(|field| self.range(field, &used))
-            .collect()
-    }
-
     /// Each field as "density [0.19, 4.98] (point)".
     ///
-    /// The range is that of the finite values at points that cells use.
+    /// The range is that of the finite values that volume cells use.
     pub fn field_list(&self) -> Vec<String> {
-        self.fields
-            .iter()
-            .zip(self.field_ranges())
-            .map(|(field, range)| {
-                let range = match range {
-                    Some((low, high)) => format!("[{}, {}]", short(low), short(high)),
-                    None => "[no finite value]".into(),
-                };
-                let association = match field.association {
-                    Association::Point => "point",
-                    Association::Cell => "cell",
-                };
-                format!("{} {range} ({association})", field.name)
-            })
-            .collect()
+        let line = |field: &MeshField| {
+            let range = match field.range {
+                Some((low, high)) => format!("[{}, {}]", short(low), short(high)),
+                None => "[no finite value]".into(),
+            };
+            let association = association_name(field.association);
+            format!("{} {range} ({association})", field.name)
+        };
+        self.fields.iter().map(line).collect()
     }
 
-    /// The field of that name. Without a name: the first that is not the same
-    /// everywhere, or simply the first.
+    /// The number of the field that a name means, and what is to be said about the choice.
+    ///
+    /// A name is one of those listed, with `cell:` or `point:` before it, or ` (cell)` or
+    /// ` (point)` behind it, where it is at points and in cells. A vector's own name is
+    /// its magnitude. Where the file does not name components, `v-x` or `s-xy` is taken for
+    /// the component that it is by custom. Without a name: the first field that is not the
+    /// same everywhere, or simply the first.
     ///
     /// # Errors
     /// [`Error::NoSuchField`] lists what there is, with ranges;
-    /// [`Error::Invalid`] if there is no field at all.
-    pub fn field(&self, name: Option<&str>) -> Result<&Scalars, Error> {
-        Ok(&self.fields[self.field_index(name)?])
+    /// [`Error::Invalid`] if there is no field at all, or the array was left out.
+    pub fn choose(&self, name: Option<&str>) -> Result<(usize, Option<String>), Error> {
+        let fields = self.fields.iter();
+        let names: Vec<_> = fields.map(|f| (f.name.as_str(), f.association)).collect();
+        if let Some(Choice { index, note }) =
+            choose(&names, name, |i| is_wide(self.fields[i].range))
+        {
+            return Ok((index, note));
+        }
+        let is_wanted = |(array, _): &&(String, String)| {
+            let rest = name.map_or(Some(""), |name| name.strip_prefix(array.as_str()));
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+        };
+        if let Some((array, why)) = self.left_out.iter().find(is_wanted) {
+            return Err(Error::Invalid {
+                what: format!("array '{array}' cannot be drawn: {why}"),
+                help: None,
+            });
+        }
+        if self.fields.is_empty() {
+            return Err(Error::Invalid {
+                what: "the mesh has no scalar field to draw".into(),
+                help: Some(
+                    "give the file that holds the fields with --solution FILE, or choose a mesh with point or cell data"
+                        .into(),
+                ),
+            });
+        }
+        Err(Error::NoSuchField {
+            name: name.unwrap_or_default().into(),
+            available: self.field_list(),
+        })
+    }
+
+    /// The field that [`MeshData::choose`] finds, with its values.
+    ///
+    /// # Errors
+    /// As [`MeshData::choose`] and [`MeshData::scalars`].
+    pub fn field(&self, name: Option<&str>) -> Result<Scalars, Error> {
+        self.scalars(self.choose(name)?.0)
+    }
+
+    /// Reads the values of field number `field`: one per point or per cell.
+    ///
+    /// # Errors
+    /// Those of the file, if it is read only now, and too little memory.
+    ///
+    /// # Panics
+    /// If there are not so many fields.
+    pub fn scalars(&self, field: usize) -> Result<Scalars, Error> {
+        let MeshField {
+            name,
+            association,
+            array,
+            part,
+            ..
+        } = &self.fields[field];
+        let needed = match association {
+            Association::Point => self.points.len(),
+            Association::Cell => self.cells.types.len(),
+        };
+        let mut values = room(needed)?;
+        self.each_tuple(&self.arrays[*array], |tuple| {
+            // The array was counted when it was found.
+            if values.len() < needed {
+                values.push(part.of(tuple));
+            }
+        })?;
+        Ok(Scalars {
+            name: name.clone(),
+            association: *association,
+            values,
+        })
     }
 
     /// The tetrahedra of this mesh with one of its fields, chosen as by
-    /// [`MeshData::field`].
+    /// [`MeshData::choose`].
     ///
     /// # Errors
     /// As [`MeshData::field`] and [`TetMesh::new`].
-    pub fn into_mesh(mut self, field: Option<&str>) -> Result<TetMesh, Error> {
-        let index = self.field_index(field)?;
-        let scalars = self.fields.swap_remove(index);
-        self.fields = Vec::new(); // large, and not needed while the mesh is built
+    pub fn into_mesh(self, field: Option<&str>) -> Result<TetMesh, Error> {
+        let field = self.choose(field)?.0;
+        self.into_mesh_of(field)
+    }
+
+    /// As [`MeshData::into_mesh`], with field number `field`.
+    ///
+    /// # Errors
+    /// As [`MeshData::scalars`] and [`TetMesh::new`].
+    ///
+    /// # Panics
+    /// If there are not so many fields.
+    pub fn into_mesh_of(mut self, field: usize) -> Result<TetMesh, Error> {
+        let scalars = self.scalars(field)?;
+        self.arrays = Vec::new(); // they may hold the file's bytes
         TetMesh::new(self.points, &self.cells, scalars)
+    }
+
+    /// Adds the scalar fields that arrays offer, by rank, with their ranges. Each array has
+    /// a tuple for each point or cell of the file.
+    ///
+    /// # Errors
+    /// Those of the file, where arrays are read only now.
+    pub(crate) fn add_fields(&mut self, mut arrays: Vec<Array>) -> Result<(), Error> {
+        arrays.sort_by_key(Array::rank); // stable
+        let cells = self.cells.types.iter();
+        let is_volume: Vec<bool> = cells.map(|&t| volume_corners(t).is_some()).collect();
+        let corners = self.volume_corners();
+        for array in arrays {
+            let parts = array.parts();
+            let used = match array.association {
+                Association::Point => &corners,
+                Association::Cell => &is_volume,
+            };
+            let mut ranges = vec![(None, 0); parts.len()];
+            let mut index = 0;
+            self.each_tuple(&array, |tuple| {
+                if used.get(index) == Some(&true) {
+                    for ((_, part), (range, missing)) in parts.iter().zip(&mut ranges) {
+                        let value = part.of(tuple);
+                        widen(range, value);
+                        *missing += u64::from(!value.is_finite());
+                    }
+                }
+                index += 1;
+            })?;
+            for ((name, part), (range, missing)) in parts.into_iter().zip(ranges) {
+                self.fields.push(MeshField {
+                    name,
+                    association: array.association,
+                    range,
+                    missing,
+                    array: self.arrays.len(),
+                    part,
+                });
+            }
+            if array.colors {
+                self.notes.push(format!(
+                    "'{}' holds colors, which are drawn as numbers: a channel, or the magnitude of three",
+                    array.name
+                ));
+            }
+            self.arrays.push(array);
+        }
+        Ok(())
+    }
+
+    /// Calls `each` with the tuples of the points or cells that are kept.
+    fn each_tuple(&self, array: &Array, mut each: impl FnMut(&[f64])) -> Result<(), Error> {
+        let kept: &[bool] = match array.association {
+            Association::Point => &[],
+            Association::Cell => &self.kept_cells,
+        };
+        let mut tuple = [0.0; MOST_COMPONENTS];
+        let (mut filled, mut index) = (0, 0);
+        array.numbers.each(&mut |value| {
+            tuple[filled] = value;
+            filled += 1;
+            if filled == array.components {
+                if kept.get(index) != Some(&false) {
+                    each(&tuple[..filled]);
+                }
+                filled = 0;
+                index += 1;
+            }
+        })
     }
 
     /// How many cells of each VTK type there are, by type.
@@ -92,57 +257,16 @@ impl MeshData {
             .collect()
     }
 
-    fn field_index(&self, name: Option<&str>) -> Result<usize, Error> {
-        if self.fields.is_empty() {
-            return Err(Error::Invalid {
-                what: "the mesh has no scalar field to draw".into(),
-                help: Some(
-                    "give the file that holds the fields with --solution FILE, or choose a mesh with point or cell data"
-                        .into(),
-                ),
-            });
-        }
-        let Some(name) = name else {
-            let used = self.used_points();
-            let varies = |field: &Scalars| {
-                self.range(field, &used)
-                    .is_some_and(|(low, high)| low < high)
-            };
-            return Ok(self.fields.iter().position(varies).unwrap_or(0));
-        };
-        self.fields
-            .iter()
-            .position(|field| field.name == name)
-            .ok_or_else(|| Error::NoSuchField {
-                name: name.into(),
-                available: self.field_list(),
-            })
-    }
-
-    /// The least and greatest finite value that cells use.
-    fn range(&self, field: &Scalars, used: &[bool]) -> Option<(f64, f64)> {
-        let all_used = field.association == Association::Cell;
-        field
-            .values
-            .iter()
-            .zip(
-                used.iter()
-                    .map(|&u| u || all_used)
-                    .chain(std::iter::repeat(all_used)),
-            )
-            .filter(|&(value, used)| used && value.is_finite())
-            .fold(None, |range, (&value, _)| match range {
-                None => Some((value, value)),
-                Some((low, high)) => Some((value.min(low), value.max(high))),
-            })
-    }
-
-    /// Whether any cell uses each point.
-    fn used_points(&self) -> Vec<bool> {
+    /// Whether each point is a corner of a volume cell.
+    fn volume_corners(&self) -> Vec<bool> {
         let mut used = vec![false; self.points.len()];
-        for &point in &self.cells.connectivity {
-            if let Some(used) = used.get_mut(point as usize) {
-                *used = true;
+        for (&cell_type, ends) in self.cells.types.iter().zip(self.cells.offsets.windows(2)) {
+            let Some(corners) = volume_corners(cell_type) else {
+                continue;
+            };
+            let points = &self.cells.connectivity[ends[0] as usize..ends[1] as usize];
+            for &point in points.iter().take(corners) {
+                used[point as usize] = true;
             }
         }
         used
@@ -154,7 +278,9 @@ impl MeshData {
     pub(crate) fn remove_ghosts(&mut self, source: &Source, ghosts: &[Array]) -> Result<(), Error> {
         let mut keep = vec![true; self.cells.types.len()];
         for ghost in ghosts {
-            let flags = |index: usize| ghost.values.get(index).map_or(0, |&f| f as u64);
+            let mut values = Vec::new();
+            ghost.numbers.each(&mut |flags| values.push(flags as u64))?;
+            let flags = |index: usize| values.get(index).map_or(0, |&flags| flags);
             let mask = if ghost.name == GHOST_LEVELS {
                 u64::MAX
             } else {
@@ -201,12 +327,13 @@ impl MeshData {
             kept.offsets.push(kept.connectivity.len() as u64);
         }
         self.cells = kept;
-        for field in &mut self.fields {
-            if field.association == Association::Cell {
-                let mut flags = keep.iter();
-                field
-                    .values
-                    .retain(|_| *flags.next().expect("one flag a value"));
+        // Cells may have been removed before: those that were kept are judged now.
+        let mut flags = keep.iter();
+        if self.kept_cells.is_empty() {
+            self.kept_cells = keep.to_vec();
+        } else {
+            for kept in self.kept_cells.iter_mut().filter(|kept| **kept) {
+                *kept = *flags.next().expect("one flag per cell that was kept");
             }
         }
         self.notes
@@ -216,8 +343,18 @@ impl MeshData {
 
 /// One hexahedron between each eight neighboring points of a block whose points
 /// begin at `base`; point (i, j, k) is number i + ni (j + nj k) of the block.
-pub(crate) fn add_hexahedra(cells: &mut Cells, dimensions: [u64; 3], base: u64) {
+///
+/// The points are in memory, so that their number does not overflow; a dimension of 0 makes no cells.
+pub(crate) fn add_hexahedra(
+    cells: &mut Cells,
+    dimensions: [u64; 3],
+    base: u64,
+) -> Result<(), Error> {
     let [ni, nj, nk] = dimensions;
+    let number: usize = dimensions.map(|n| (n as usize).saturating_sub(1)).iter().product();
+    reserve(&mut cells.connectivity, 8 * number)?;
+    reserve(&mut cells.offsets, number)?;
+    reserve(&mut cells.types, number)?;
     for k in 0..nk.saturating_sub(1) {
         for j in 0..nj.saturating_sub(1) {
             for i in 0..ni.saturating_sub(1) {
@@ -230,6 +367,15 @@ pub(crate) fn add_hexahedra(cells: &mut Cells, dimensions: [u64; 3], base: u64) 
                 cells.offsets.push(cells.connectivity.len() as u64);
             }
         }
+    }
+    Ok(())
+}
+
+/// Makes a range hold `value`, if that is finite.
+fn widen(range: &mut Option<(f64, f64)>, value: f64) {
+    if value.is_finite() {
+        let (low, high) = range.unwrap_or((value, value));
+        *range = Some((value.min(low), value.max(high)));
     }
 }
 
@@ -250,18 +396,38 @@ fn short(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::sync::Arc;
 
-    fn scalars(name: &str, association: Association, values: &[f64]) -> Scalars {
-        Scalars {
+    use super::*;
+    use crate::fields::Loaded;
+
+    fn array(name: &str, association: Association, values: &[f64]) -> Array {
+        Array {
             name: name.into(),
             association,
-            values: values.into(),
+            components: 1,
+            component_names: Vec::new(),
+            tuples: values.len(),
+            numbers: Arc::new(Loaded(values.into())),
+            active: false,
+            colors: false,
         }
     }
 
+    fn arrays() -> Vec<Array> {
+        vec![
+            array("flat", Association::Point, &[1.0, 1.0, 1.0, 1.0, 1.0, 2.0]),
+            array(
+                "t",
+                Association::Point,
+                &[0.5, f64::NAN, 1e-9, 3.0, 2.0, 7.0],
+            ),
+            array("c", Association::Cell, &[-1.0, 250_000.25]),
+        ]
+    }
+
     /// Two tetrahedra on five points, and a sixth point that none uses.
-    fn data() -> MeshData {
+    fn mesh() -> MeshData {
         MeshData {
             points: vec![
                 DVec3::ZERO,
@@ -276,18 +442,14 @@ mod tests {
                 offsets: vec![0, 4, 8],
                 connectivity: vec![0, 1, 2, 3, 1, 2, 3, 4],
             },
-            fields: vec![
-                scalars("flat", Association::Point, &[1.0, 1.0, 1.0, 1.0, 1.0, 2.0]),
-                scalars(
-                    "t",
-                    Association::Point,
-                    &[0.5, f64::NAN, 1e-9, 3.0, 2.0, 7.0],
-                ),
-                scalars("c", Association::Cell, &[-1.0, 250_000.25]),
-            ],
-            notes: Vec::new(),
-            files: Vec::new(),
+            ..MeshData::default()
         }
+    }
+
+    fn data() -> MeshData {
+        let mut data = mesh();
+        data.add_fields(arrays()).expect("in memory");
+        data
     }
 
     #[test]
@@ -301,6 +463,8 @@ mod tests {
                 "c [-1, 250000] (cell)"
             ]
         );
+        let missing: Vec<u64> = data().fields.iter().map(|f| f.missing).collect();
+        assert_eq!(missing, [0, 1, 0]);
     }
 
     #[test]
@@ -318,12 +482,44 @@ mod tests {
 
     #[test]
     fn leaving_out_a_cell_keeps_the_values_of_the_others() {
-        let mut data = data();
+        let mut data = mesh();
         data.retain_cells(&[false, true], "a reason");
+        data.add_fields(arrays()).expect("in memory");
         assert_eq!(data.cells.connectivity, [1, 2, 3, 4]);
         assert_eq!(data.cells.offsets, [0, 4]);
-        assert_eq!(data.fields[2].values, [250_000.25]);
-        assert_eq!(data.fields[0].values.len(), 6);
+        let values = |field| data.scalars(field).expect("in memory").values;
+        assert_eq!(values(2), [250_000.25]);
+        assert_eq!(data.fields[2].range, Some((250_000.25, 250_000.25)));
+        assert_eq!(values(0).len(), 6);
         assert_eq!(data.notes, ["1 cell left out: a reason"]);
+    }
+
+    #[test]
+    fn cells_can_be_left_out_twice() {
+        let mut data = mesh();
+        let Cells {
+            types,
+            offsets,
+            connectivity,
+        } = &mut data.cells;
+        types.push(10);
+        offsets.push(12);
+        connectivity.extend([0, 2, 3, 4]);
+        data.retain_cells(&[true, false, true], "a reason");
+        data.retain_cells(&[false, true], "another");
+        let cells = array("c", Association::Cell, &[1.0, 2.0, 3.0]);
+        data.add_fields(vec![cells]).expect("in memory");
+        assert_eq!(data.field(Some("c")).expect("it exists").values, [3.0]);
+    }
+
+    #[test]
+    fn cells_without_volume_do_not_make_a_field_vary() {
+        let mut data = mesh();
+        data.cells.types[1] = 9; // a quadrilateral
+        let cells = array("zone", Association::Cell, &[1.0, 2.0]);
+        data.add_fields(vec![cells, array("t", Association::Point, &[1.0; 6])])
+            .expect("in memory");
+        assert_eq!(data.fields[0].range, Some((1.0, 1.0)));
+        assert_eq!(data.fields[1].range, Some((1.0, 1.0)));
     }
 }

@@ -16,17 +16,19 @@
 mod layout;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
+use tetrascope_core::Error;
 use tetrascope_core::glam;
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{Error, Scalars};
 
 use self::layout::{Dimensions, Kind, Layout, describe_blocks, points};
 use crate::MeshData;
+use crate::fields::{Array, Numbers};
 use crate::mesh_data::add_hexahedra;
 use crate::read::check;
-use crate::source::{Source, count};
+use crate::source::{Source, count, room};
 
 /// Ratio of specific heats of air.
 const GAMMA: f64 = 1.4;
@@ -68,7 +70,7 @@ pub fn read(path: &Path, solution: Option<&Path>) -> Result<MeshData, Error> {
 /// Reads a grid and its solution from memory.
 fn read_sources(grid: &Source, solution: Option<&Source>) -> Result<MeshData, Error> {
     let (mut data, dimensions) = read_grid(grid)?;
-    match solution {
+    let arrays = match solution {
         Some(solution) => read_solution(solution, &dimensions, &mut data)?,
         None => {
             let tried: Vec<String> = candidates(&grid.path)
@@ -83,9 +85,11 @@ fn read_sources(grid: &Source, solution: Option<&Source>) -> Result<MeshData, Er
                     tried.join(" or ")
                 )
             });
+            Vec::new()
         }
-    }
-    check(&grid.path, &data)?;
+    };
+    check(&grid.path, &data, &arrays)?;
+    data.add_fields(arrays)?;
     Ok(data)
 }
 
@@ -113,21 +117,22 @@ fn read_grid(source: &Source) -> Result<(MeshData, Vec<Dimensions>), Error> {
         ..MeshData::default()
     };
     data.cells.offsets.push(0);
+    let all: u64 = dimensions.iter().map(|&d| points(d)).sum();
+    data.points = room(all as usize)?; // the file holds them
     let mut keep = Vec::new();
     let mut flat_blocks = 0;
     for block in &layout.blocks {
         let n = points(block.dimensions) as usize;
         let base = data.points.len() as u64;
-        let coordinates = layout.encoding.floats(source, block.values, 3 * n);
-        data.points.extend(
-            (0..n).map(|p| DVec3::new(coordinates[p], coordinates[n + p], coordinates[2 * n + p])),
-        );
+        let each = |i| layout.encoding.float(source, block.values, i);
+        data.points
+            .extend((0..n).map(|p| DVec3::new(each(p), each(n + p), each(2 * n + p))));
         if block.dimensions.contains(&1) {
             flat_blocks += 1;
             continue;
         }
         let first = data.cells.types.len();
-        add_hexahedra(&mut data.cells, block.dimensions.map(u64::from), base);
+        add_hexahedra(&mut data.cells, block.dimensions.map(u64::from), base)?;
         if let Some(offset) = block.blanks {
             let blank = |point: u64| {
                 let at = offset + 4 * (point - base) as usize;
@@ -170,7 +175,7 @@ fn read_solution(
     source: &Source,
     grid_dimensions: &[Dimensions],
     data: &mut MeshData,
-) -> Result<(), Error> {
+) -> Result<Vec<Array>, Error> {
     let layout = Layout::detect(source, Kind::Solution)?;
     let dimensions: Vec<Dimensions> = layout.blocks.iter().map(|b| b.dimensions).collect();
     if dimensions != grid_dimensions {
@@ -184,9 +189,10 @@ fn read_solution(
             "give the solution that belongs to this grid with --solution FILE",
         ));
     }
-    let conditions = layout
+    let conditions: Vec<f64> = layout
         .encoding
-        .floats(source, layout.blocks[0].conditions, 4);
+        .floats(source, layout.blocks[0].conditions, 4)
+        .collect();
     let name = source
         .path
         .file_name()
@@ -201,59 +207,116 @@ fn read_solution(
         conditions[2],
         conditions[3]
     ));
-    let mut q: [Vec<f64>; 5] = Default::default();
+    let all: u64 = dimensions.iter().map(|&d| points(d)).sum();
+    let mut q = Solution::default();
+    for values in &mut q.0 {
+        *values = room(all as usize)?; // the file holds them
+    }
     for block in &layout.blocks {
         let n = points(block.dimensions) as usize;
         let values = layout.encoding.floats(source, block.values, 5 * n);
-        for (q, values) in q.iter_mut().zip(values.chunks_exact(n)) {
-            q.extend_from_slice(values);
+        for (i, value) in values.enumerate() {
+            q.0[i / n].push(value);
         }
     }
-    derive(q, data);
-    Ok(())
+    Ok(derive(q, data))
 }
 
-/// Adds Q1…Q5 and what follows from them.
-fn derive(q: [Vec<f64>; 5], data: &mut MeshData) {
-    let n = q[0].len();
-    let momentum = |p: usize| DVec3::new(q[1][p], q[2][p], q[3][p]);
-    // Not a number where there is no density.
-    let velocity = |p: usize| {
-        if q[0][p] == 0.0 {
+/// Q1…Q5 at all points.
+#[derive(Debug, Default)]
+struct Solution([Vec<f64>; 5]);
+
+impl Solution {
+    fn count(&self) -> usize {
+        self.0[0].len()
+    }
+
+    fn density(&self, p: usize) -> f64 {
+        self.0[0][p]
+    }
+
+    fn momentum(&self, p: usize) -> DVec3 {
+        DVec3::new(self.0[1][p], self.0[2][p], self.0[3][p])
+    }
+
+    /// Not a number where there is no density.
+    fn velocity(&self, p: usize) -> DVec3 {
+        if self.density(p) == 0.0 {
             DVec3::NAN
         } else {
-            momentum(p) / q[0][p]
+            self.momentum(p) / self.density(p)
         }
-    };
-    let each = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(f).collect() };
-    let mut derived = vec![
-        ("momentum-magnitude", each(&|p| momentum(p).length())),
-        ("velocity-magnitude", each(&|p| velocity(p).length())),
-        ("velocity-x", each(&|p| velocity(p).x)),
-        ("velocity-y", each(&|p| velocity(p).y)),
-        ("velocity-z", each(&|p| velocity(p).z)),
-    ];
+    }
 
-    // Internal energy per volume; negative where Q5 is not a gas's energy.
-    let internal = each(&|p| q[4][p] - 0.5 * momentum(p).dot(velocity(p)));
-    let is_gas = |e: f64| e > 0.0;
-    let gas = internal.iter().filter(|&&e| is_gas(e)).count();
-    let varies = q[0].iter().any(|&density| density != q[0][0]);
+    fn energy(&self, p: usize) -> f64 {
+        self.0[4][p]
+    }
+
+    /// Internal energy per volume; not above 0 where Q5 is not a gas's energy.
+    fn internal(&self, p: usize) -> f64 {
+        self.energy(p) - 0.5 * self.momentum(p).dot(self.velocity(p))
+    }
+
+    fn is_gas(&self, p: usize) -> bool {
+        self.internal(p) > 0.0
+    }
+
+    fn pressure(&self, p: usize) -> f64 {
+        if self.is_gas(p) {
+            (GAMMA - 1.0) * self.internal(p)
+        } else {
+            f64::NAN
+        }
+    }
+
+    fn temperature(&self, p: usize) -> f64 {
+        self.pressure(p) / self.density(p)
+    }
+
+    fn mach(&self, p: usize) -> f64 {
+        self.velocity(p).length() / (GAMMA * self.temperature(p)).sqrt()
+    }
+}
+
+/// The value of a field at a point.
+type At = fn(&Solution, usize) -> f64;
+
+/// A field that follows from a solution.
+#[derive(Debug)]
+struct Derived {
+    solution: Arc<Solution>,
+    at: At,
+}
+
+impl Numbers for Derived {
+    fn each(&self, each: &mut dyn FnMut(f64)) -> Result<(), Error> {
+        (0..self.solution.count()).for_each(|p| each((self.at)(&self.solution, p)));
+        Ok(())
+    }
+}
+
+/// Q1…Q5 and what follows from them.
+fn derive(solution: Solution, data: &mut MeshData) -> Vec<Array> {
+    let q = Arc::new(solution);
+    let n = q.count();
+    let mut fields: Vec<(&str, At)> = vec![
+        ("density", |q, p| q.density(p)),
+        ("energy", |q, p| q.energy(p)),
+        ("momentum-x", |q, p| q.momentum(p).x),
+        ("momentum-y", |q, p| q.momentum(p).y),
+        ("momentum-z", |q, p| q.momentum(p).z),
+        ("momentum-magnitude", |q, p| q.momentum(p).length()),
+        ("velocity-magnitude", |q, p| q.velocity(p).length()),
+        ("velocity-x", |q, p| q.velocity(p).x),
+        ("velocity-y", |q, p| q.velocity(p).y),
+        ("velocity-z", |q, p| q.velocity(p).z),
+    ];
+    let gas = (0..n).filter(|&p| q.is_gas(p)).count();
+    let varies = (0..n).any(|p| q.density(p) != q.density(0));
     if varies && gas * 100 >= n * 99 {
-        let pressure = |p: usize| {
-            if is_gas(internal[p]) {
-                (GAMMA - 1.0) * internal[p]
-            } else {
-                f64::NAN
-            }
-        };
-        let temperature = |p: usize| pressure(p) / q[0][p];
-        derived.push(("pressure", each(&pressure)));
-        derived.push(("temperature", each(&temperature)));
-        derived.push((
-            "mach",
-            each(&|p| velocity(p).length() / (GAMMA * temperature(p)).sqrt()),
-        ));
+        fields.push(("pressure", |q, p| q.pressure(p)));
+        fields.push(("temperature", |q, p| q.temperature(p)));
+        fields.push(("mach", |q, p| q.mach(p)));
         data.notes.push(format!(
             "pressure, temperature and mach assume a ratio of specific heats of {GAMMA} and a gas constant of 1"
         ));
@@ -264,7 +327,7 @@ fn derive(q: [Vec<f64>; 5], data: &mut MeshData) {
             ));
         }
     } else {
-        let reason = if q[4].iter().all(|&e| e == 0.0) {
+        let reason = if (0..n).all(|p| q.energy(p) == 0.0) {
             "the energy is 0 everywhere"
         } else if !varies {
             "the density is the same everywhere (incompressible flow)"
@@ -275,23 +338,20 @@ fn derive(q: [Vec<f64>; 5], data: &mut MeshData) {
             "pressure, temperature and mach are not derived: {reason}"
         ));
     }
-    let [density, x, y, z, energy] = q;
-    let mut fields = vec![
-        ("density", density),
-        ("energy", energy),
-        ("momentum-x", x),
-        ("momentum-y", y),
-        ("momentum-z", z),
-    ];
-    fields.append(&mut derived);
-    data.fields = fields
-        .into_iter()
-        .map(|(name, values)| Scalars {
-            name: name.into(),
-            association: Association::Point,
-            values,
-        })
-        .collect();
+    let array = |(name, at): (&str, At)| Array {
+        name: name.into(),
+        association: Association::Point,
+        components: 1,
+        component_names: Vec::new(),
+        tuples: n,
+        numbers: Arc::new(Derived {
+            solution: q.clone(),
+            at,
+        }),
+        active: false,
+        colors: false,
+    };
+    fields.into_iter().map(array).collect()
 }
 
 /// ", 484 trailing bytes ignored".

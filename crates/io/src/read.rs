@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use tetrascope_core::Error;
 use tetrascope_core::mesh::Association;
 
+use crate::fields::Array;
 use crate::grid::{GridData, RawLayout, meta_image, nifti, nrrd, raw};
 use crate::source::{Source, open_file};
 use crate::{MeshData, plot3d, vtk, vtu};
@@ -48,8 +49,8 @@ const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .
 /// Formats that people have and that are not read, by extension.
 const NOT_READ: [(&[&str], &str); 9] = [
     (
-        &["pvtu", "pvd", "vtm", "vtmb"],
-        "a VTK file that lists other files; give one of its .vtu pieces",
+        &["pvtu", "pvti", "pvd", "vtm", "vtmb"],
+        "a VTK file that lists other files; give one of its .vtu or .vti pieces",
     ),
     (
         &["vts", "vtr", "vtp"],
@@ -134,8 +135,8 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
             let mesh = plot3d::read(path, options.solution.as_deref())?;
             return Ok(with_file(FileData::Mesh(mesh), path));
         }
-        Format::VtkXml => return Ok(with_file(vtu::read(&Source::open(path)?)?, path)),
-        Format::VtkLegacy => return Ok(with_file(vtk::read(&Source::open(path)?)?, path)),
+        Format::VtkXml => return Ok(with_file(vtu::read(Source::open(path)?)?, path)),
+        Format::VtkLegacy => return Ok(with_file(vtk::read(Source::open(path)?)?, path)),
         Format::MetaImage => meta_image::read(path),
         Format::Nrrd => nrrd::read(path),
         Format::Nifti { compressed } => nifti::read(path, compressed),
@@ -215,6 +216,10 @@ impl Format {
         if head.starts_with(b"# vtk DataFile") {
             return Ok(Format::VtkLegacy);
         }
+        let utf16 = [b"\xff\xfe", b"\xfe\xff", b"<\0", b"\0<"];
+        if matches!(extension, "vtu" | "vti") && utf16.iter().any(|mark| head.starts_with(*mark)) {
+            return refuse("this is text in UTF-16; save it as UTF-8");
+        }
         if head.trim_ascii_start().starts_with(b"<") {
             let root = head.windows(8).any(|w| w == b"<VTKFile");
             return if root {
@@ -272,7 +277,7 @@ impl Format {
 
 /// The promises of [`read_mesh`]. Readers refuse what they can say more about;
 /// this is the last word.
-pub(crate) fn check(path: &Path, data: &MeshData) -> Result<(), Error> {
+pub(crate) fn check(path: &Path, data: &MeshData, arrays: &[Array]) -> Result<(), Error> {
     let refuse = |at: String, what: String| Error::Format {
         path: path.to_owned(),
         at,
@@ -321,10 +326,15 @@ pub(crate) fn check(path: &Path, data: &MeshData) -> Result<(), Error> {
         for &point in used {
             let Some(position) = usize::try_from(point).ok().and_then(|p| data.points.get(p))
             else {
+                // Readers keep the bits of numbers below 0, which are larger than any mesh.
+                let number = match point as i64 {
+                    below @ ..0 => below.to_string(),
+                    _ => point.to_string(),
+                };
                 return Err(refuse(
                     format!("cell {cell}"),
                     format!(
-                        "the cell uses point {point}, but the mesh has points 0 to {}",
+                        "the cell uses point {number}, but the mesh has points 0 to {}",
                         point_count as i64 - 1
                     ),
                 ));
@@ -340,15 +350,15 @@ pub(crate) fn check(path: &Path, data: &MeshData) -> Result<(), Error> {
             }
         }
     }
-    for field in &data.fields {
-        let (needed, things) = match field.association {
+    for array in arrays {
+        let (needed, things) = match array.association {
             Association::Point => (point_count, "points"),
             Association::Cell => (cell_count, "cells"),
         };
-        if field.values.len() != needed {
+        if array.tuples != needed {
             return Err(refuse(
-                format!("array '{}'", field.name),
-                format!("{} values for {needed} {things}", field.values.len()),
+                format!("array '{}'", array.name),
+                format!("{} values for {needed} {things}", array.tuples),
             ));
         }
     }

@@ -16,7 +16,7 @@ impl Source {
     /// Reads the whole file; an empty one is an error.
     pub(crate) fn open(path: &Path) -> Result<Source, Error> {
         let (mut file, length) = open_file(path)?;
-        let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or(0));
+        let mut bytes = room(usize::try_from(length).unwrap_or(usize::MAX))?;
         file.read_to_end(&mut bytes).map_err(|source| Error::Io {
             action: "cannot read",
             path: path.to_owned(),
@@ -123,6 +123,36 @@ macro_rules! numbers {
     };
 }
 numbers!(i16: i16, u16: u16, i32: i32, u32: u32, i64: i64, u64: u64, f32: f32, f64: f64);
+
+/// An empty vector with room for `count` items.
+///
+/// # Errors
+/// As [`reserve`].
+pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, Error> {
+    let mut items = Vec::new();
+    match items.try_reserve_exact(count) {
+        Ok(()) => Ok(items),
+        Err(_) => Err(no_memory::<T>(count)),
+    }
+}
+
+/// Makes room for `more` items.
+///
+/// # Errors
+/// [`Error::Invalid`] where the system has no memory for so many.
+pub(crate) fn reserve<T>(items: &mut Vec<T>, more: usize) -> Result<(), Error> {
+    items.try_reserve(more).map_err(|_| no_memory::<T>(more))
+}
+
+fn no_memory<T>(count: usize) -> Error {
+    Error::Invalid {
+        what: format!(
+            "there is no memory for {count} values of {} bytes",
+            size_of::<T>()
+        ),
+        help: Some("close other programs, or cut the volume into parts".into()),
+    }
+}
 
 /// "1 cell", "2 cells".
 pub(crate) fn count(number: u64, thing: &str) -> String {

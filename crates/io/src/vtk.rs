@@ -9,6 +9,9 @@
 
 mod scanner;
 
+use std::fmt;
+use std::sync::Arc;
+
 use glam::DVec3;
 use tetrascope_core::grid::{Lattice, Samples};
 use tetrascope_core::mesh::Association;
@@ -17,7 +20,7 @@ use tetrascope_core::{Cells, Error, glam};
 pub(crate) use self::scanner::parse_float;
 use self::scanner::{Kind, Scanner, clip};
 use crate::MeshData;
-use crate::fields::{Array, take_ghosts, to_scalars};
+use crate::fields::{Array, MOST_COMPONENTS, Numbers, take_ghosts};
 use crate::grid::number::Number;
 use crate::grid::{FieldSamples, GridData, GridField, RawFile, split};
 use crate::mesh_data::add_hexahedra;
@@ -30,7 +33,10 @@ struct Reader<'a> {
     dimensions: Option<[u64; 3]>,
     points: Option<Vec<DVec3>>,
     cells: Option<Cells>,
-    arrays: Vec<Array>,
+    arrays: Vec<ArrayPlace>,
+    /// Components of the array that was read last, which METADATA may follow, and whether
+    /// it is the last of `arrays`.
+    last: (usize, bool),
     /// What the arrays that follow belong to, and how many values they have.
     data: Option<(Association, u64)>,
     /// The samples of structured points.
@@ -47,15 +53,16 @@ struct Image {
 }
 
 /// Reads a legacy `.vtk` file.
-pub(crate) fn read(source: &Source) -> Result<FileData, Error> {
-    let mut reader = Reader::new(source);
+pub(crate) fn read(source: Source) -> Result<FileData, Error> {
+    let source = Arc::new(source);
+    let mut reader = Reader::new(&source);
     reader.header()?;
-    while let Some(keyword) = reader.scanner.word() {
+    while let Some(keyword) = reader.scanner.word()? {
         reader.section(keyword)?;
     }
     match reader.image.take() {
         Some(image) => reader.grid(image).map(FileData::Grid),
-        None => mesh(source, reader).map(FileData::Mesh),
+        None => mesh(&source, reader).map(FileData::Mesh),
     }
 }
 
@@ -95,7 +102,7 @@ pub(crate) fn stream(head: &Source, above: u64) -> Result<Option<GridData>, Erro
     GridData::streamed(head, std::iter::once((name, file)), Vec::new())
 }
 
-fn mesh(source: &Source, mut reader: Reader) -> Result<MeshData, Error> {
+fn mesh(source: &Arc<Source>, reader: Reader) -> Result<MeshData, Error> {
     let points = reader
         .points
         .ok_or_else(|| reader.scanner.truncated("the file has no POINTS"))?;
@@ -110,10 +117,11 @@ fn mesh(source: &Source, mut reader: Reader) -> Result<MeshData, Error> {
         }
         (_, Some(dimensions)) => {
             let needed = dimensions.iter().try_fold(1_u64, |n, &d| n.checked_mul(d));
-            if needed != Some(points.len() as u64) || dimensions.contains(&1) {
+            let is_flat = dimensions.iter().any(|&d| d < 2);
+            if needed != Some(points.len() as u64) || is_flat {
                 let [i, j, k] = dimensions;
                 return Err(reader.scanner.error(format!(
-                    "a structured grid of {i}×{j}×{k} with {} is no volume",
+                    "a structured grid of {i}×{j}×{k} points with {} is no volume: it needs 2 or more along each axis, and as many as their product",
                     count(points.len() as u64, "point")
                 )));
             }
@@ -121,21 +129,97 @@ fn mesh(source: &Source, mut reader: Reader) -> Result<MeshData, Error> {
                 offsets: vec![0],
                 ..Cells::default()
             };
-            add_hexahedra(&mut cells, dimensions, 0);
+            add_hexahedra(&mut cells, dimensions, 0)?;
             cells
         }
         (None, None) => return Err(reader.scanner.truncated("the file has no CELLS")),
     };
-    let ghosts = take_ghosts(&mut reader.arrays);
+    let binary = reader.scanner.binary;
+    let arrays = reader.arrays.into_iter();
+    let mut arrays: Vec<Array> = arrays
+        .map(|place| place.array(source.clone(), binary))
+        .collect();
     let mut data = MeshData {
         points,
         cells,
-        fields: to_scalars(reader.arrays),
         ..MeshData::default()
     };
-    check(&source.path, &data)?;
+    check(&source.path, &data, &arrays)?;
+    let ghosts = take_ghosts(&mut arrays);
     data.remove_ghosts(source, &ghosts)?;
+    data.add_fields(arrays)?;
     Ok(data)
+}
+
+/// An array of a mesh that stays where it is in the file.
+struct ArrayPlace {
+    name: String,
+    association: Association,
+    components: usize,
+    component_names: Vec<Option<String>>,
+    tuples: usize,
+    active: bool,
+    colors: bool,
+    kind: Kind,
+    /// Where its first line begins.
+    at: usize,
+}
+
+impl ArrayPlace {
+    fn array(self, source: Arc<Source>, binary: bool) -> Array {
+        let numbers = NumbersInFile {
+            source,
+            at: self.at,
+            binary,
+            kind: self.kind,
+            count: self.tuples as u64 * self.components as u64, // the file holds them
+            colors: self.colors,
+        };
+        Array {
+            name: self.name,
+            association: self.association,
+            components: self.components,
+            component_names: self.component_names,
+            tuples: self.tuples,
+            numbers: Arc::new(numbers),
+            active: self.active,
+            colors: self.colors && self.components > 1,
+        }
+    }
+}
+
+/// The numbers of an array in a file in memory.
+struct NumbersInFile {
+    source: Arc<Source>,
+    at: usize,
+    binary: bool,
+    kind: Kind,
+    count: u64,
+    colors: bool,
+}
+
+impl fmt::Debug for NumbersInFile {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        let path = self.source.path.display();
+        write!(formatter, "{} numbers at {} of {path}", self.count, self.at)
+    }
+}
+
+impl Numbers for NumbersInFile {
+    fn each(&self, each: &mut dyn FnMut(f64)) -> Result<(), Error> {
+        let mut scanner = Scanner::new(&self.source);
+        scanner.at = self.at;
+        scanner.binary = self.binary;
+        match self.colors && !self.binary {
+            true => scanner.each_float(self.kind, self.count, &mut |value| each(channel(value))),
+            false => scanner.each_float(self.kind, self.count, each),
+        }
+    }
+}
+
+/// A color's channel from its text: VTK writes bytes as fractions of 1.
+fn channel(fraction: f64) -> f64 {
+    (fraction * 255.0).round()
 }
 
 impl<'a> Reader<'a> {
@@ -146,6 +230,7 @@ impl<'a> Reader<'a> {
             points: None,
             cells: None,
             arrays: Vec::new(),
+            last: (0, false),
             data: None,
             image: None,
         }
@@ -156,7 +241,7 @@ impl<'a> Reader<'a> {
     fn single_field(&mut self) -> Option<(String, Kind, u64)> {
         self.header().ok()?;
         loop {
-            let keyword = self.scanner.word()?;
+            let keyword = self.scanner.word().ok()??;
             match keyword.to_ascii_uppercase().as_str() {
                 "DATASET" | "DIMENSIONS" | "ORIGIN" | "SPACING" | "ASPECT_RATIO" | "POINT_DATA"
                 | "METADATA" => self.section(keyword).ok()?,
@@ -230,23 +315,23 @@ impl<'a> Reader<'a> {
                 let name = self.scanner.name()?;
                 let components = self.scanner.count("a number of components")?;
                 let kind = self.scanner.kind()?;
-                self.array(name, components, kind, false)
+                self.array(name, components, kind, Meaning::Numbers)
             }
             "COLOR_SCALARS" => {
                 let name = self.scanner.name()?;
                 let components = self.scanner.count("a number of components")?;
-                // Bytes, or fractions of 1 as text.
-                self.array(name, components, Kind::U8, false)
+                self.array(name, components, Kind::U8, Meaning::Colors)
             }
             "LOOKUP_TABLE" => {
                 self.scanner.name()?;
                 let colors = self.scanner.count("a number of colors")?;
                 let values = colors.saturating_mul(4);
-                self.scanner.floats(Kind::U8, values).map(drop)
+                self.last = (0, false);
+                self.scanner.skip_numbers(Kind::U8, values)
             }
             "FIELD" => self.field(),
             "METADATA" => {
-                self.scanner.skip_metadata();
+                self.metadata();
                 Ok(())
             }
             _ => Err(self
@@ -329,8 +414,19 @@ impl<'a> Reader<'a> {
     fn points(&mut self) -> Result<(), Error> {
         let n = self.scanner.count("a number of points")?;
         let kind = self.scanner.kind()?;
-        let values = self.scanner.floats(kind, n.saturating_mul(3))?;
-        self.points = Some(values.chunks_exact(3).map(DVec3::from_slice).collect());
+        let mut points = self.scanner.room_for(kind, n, 3)?;
+        let (mut point, mut filled) = ([0.0; 3], 0);
+        self.scanner
+            .each_float(kind, n.saturating_mul(3), &mut |value| {
+                point[filled] = value;
+                filled += 1;
+                if filled == 3 {
+                    points.push(DVec3::from_array(point));
+                    filled = 0;
+                }
+            })?;
+        self.points = Some(points);
+        self.last = (3, false);
         Ok(())
     }
 
@@ -341,16 +437,11 @@ impl<'a> Reader<'a> {
             types: self.cells.take().map_or_else(Vec::new, |c| c.types),
             ..Cells::default()
         };
-        if self
-            .scanner
-            .peek()
-            .is_some_and(|w| w.eq_ignore_ascii_case("OFFSETS"))
-        {
-            self.scanner.word();
+        self.last = (0, false);
+        if self.scanner.skip_word("OFFSETS") {
             let kind = self.scanner.kind()?;
             cells.offsets = self.scanner.indices(kind, first)?;
-            let keyword = self.scanner.expect("CONNECTIVITY")?;
-            if !keyword.eq_ignore_ascii_case("CONNECTIVITY") {
+            if !self.scanner.skip_word("CONNECTIVITY") {
                 return Err(self.scanner.error("CONNECTIVITY is needed after OFFSETS"));
             }
             let kind = self.scanner.kind()?;
@@ -417,26 +508,21 @@ impl<'a> Reader<'a> {
 
     fn scalars(&mut self) -> Result<(), Error> {
         let (name, kind, components) = self.scalars_head()?;
-        self.array(name, components, kind, true)
+        self.array(name, components, kind, Meaning::Active)
     }
 
     /// Name, type and number of components.
     fn scalars_head(&mut self) -> Result<(String, Kind, u64), Error> {
         let name = self.scanner.name()?;
         let kind = self.scanner.kind()?;
-        let components = match self.scanner.word_in_line() {
+        let components = match self.scanner.word_in_line()? {
             Some(word) => word.parse().map_err(|_| {
                 self.scanner
                     .error(format!("'{}' is not a number of components", clip(word)))
             })?,
             None => 1,
         };
-        if self
-            .scanner
-            .peek()
-            .is_some_and(|w| w.eq_ignore_ascii_case("LOOKUP_TABLE"))
-        {
-            self.scanner.word();
+        if self.scanner.skip_word("LOOKUP_TABLE") {
             self.scanner.name()?;
         }
         Ok((name, kind, components))
@@ -445,7 +531,7 @@ impl<'a> Reader<'a> {
     fn attribute(&mut self, components: u64) -> Result<(), Error> {
         let name = self.scanner.name()?;
         let kind = self.scanner.kind()?;
-        self.array(name, components, kind, false)
+        self.array(name, components, kind, Meaning::Numbers)
     }
 
     /// Arrays of any shape; before POINT_DATA or CELL_DATA they are the data
@@ -454,20 +540,15 @@ impl<'a> Reader<'a> {
         self.scanner.name()?;
         let arrays = self.scanner.count("a number of arrays")?;
         for _ in 0..arrays {
-            while self
-                .scanner
-                .peek()
-                .is_some_and(|w| w.eq_ignore_ascii_case("METADATA"))
-            {
-                self.scanner.skip_metadata();
+            while self.scanner.skip_word("METADATA") {
+                self.metadata();
             }
             let name = self.scanner.name()?;
             let components = self.scanner.count("a number of components")?;
             let tuples = self.scanner.count("a number of values")?;
-            if self.scanner.peek().is_some_and(|w| {
-                ["string", "utf8_string", "vtkstring"].contains(&w.to_ascii_lowercase().as_str())
-            }) {
-                self.scanner.word();
+            let texts = ["string", "utf8_string", "vtkstring"];
+            if texts.iter().any(|word| self.scanner.skip_word(word)) {
+                self.last = (0, false);
                 self.scanner.skip_texts(components.saturating_mul(tuples))?;
                 continue;
             }
@@ -478,14 +559,25 @@ impl<'a> Reader<'a> {
                         "array '{name}' has {tuples} values where {n} are needed"
                     )));
                 }
-                Some(_) => self.array(name, components, kind, false)?,
+                Some(_) => self.array(name, components, kind, Meaning::Numbers)?,
                 None => {
+                    self.last = (0, false);
                     self.scanner
-                        .floats(kind, components.saturating_mul(tuples))?;
+                        .skip_numbers(kind, components.saturating_mul(tuples))?;
                 }
             }
         }
         Ok(())
+    }
+
+    /// Names of the components of the array before.
+    fn metadata(&mut self) {
+        let (components, is_array) = self.last;
+        let names = self.scanner.metadata(components);
+        if let (true, Some(array)) = (is_array, self.arrays.last_mut()) {
+            array.component_names = names;
+        }
+        self.last = (0, false);
     }
 
     fn array(
@@ -493,22 +585,24 @@ impl<'a> Reader<'a> {
         name: String,
         components: u64,
         kind: Kind,
-        active: bool,
+        meaning: Meaning,
     ) -> Result<(), Error> {
         let Some((association, n)) = self.data else {
             return Err(self.scanner.error(format!(
                 "array '{name}' comes before POINT_DATA or CELL_DATA"
             )));
         };
-        // More would be a table, not a field.
-        const MOST_COMPONENTS: u64 = 64;
-        if components == 0 || components > MOST_COMPONENTS {
+        if components == 0 || components > MOST_COMPONENTS as u64 {
             return Err(self.scanner.error(format!(
                 "array '{name}' has {components} components; 1 to {MOST_COMPONENTS} are read"
             )));
         }
+        let components = components as usize;
+        self.last = (components, self.image.is_none());
         if let Some(image) = &mut self.image {
-            let converted = self.scanner.samples(kind, n.saturating_mul(components))?;
+            let converted = self
+                .scanner
+                .samples(kind, n.saturating_mul(components as u64))?;
             if association == Association::Cell {
                 image.notes.push(format!("cell data '{name}' left out"));
                 return Ok(());
@@ -518,18 +612,37 @@ impl<'a> Reader<'a> {
                     .notes
                     .push(format!("samples of '{name}' are rounded to 32-bit floats"));
             }
-            let field = (!active, name, converted.samples, components as usize);
-            image.fields.push(field);
+            let later = meaning != Meaning::Active;
+            image
+                .fields
+                .push((later, name, converted.samples, components));
             return Ok(());
         }
-        let values = self.scanner.floats(kind, n.saturating_mul(components))?;
-        self.arrays.push(Array {
+        let at = self.scanner.at;
+        self.scanner
+            .skip_numbers(kind, n.saturating_mul(components as u64))?;
+        self.arrays.push(ArrayPlace {
             name,
             association,
-            components: components as usize,
-            values,
-            active,
+            components,
+            component_names: Vec::new(),
+            tuples: n as usize, // the file holds them
+            // VTK writes the scalars to draw as colors if they are bytes.
+            active: meaning != Meaning::Numbers,
+            colors: meaning == Meaning::Colors,
+            kind,
+            at,
         });
         Ok(())
     }
+}
+
+/// What an array is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Meaning {
+    /// The scalars to draw.
+    Active,
+    Numbers,
+    /// Bytes, or fractions of 1 as text.
+    Colors,
 }

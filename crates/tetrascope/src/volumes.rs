@@ -14,7 +14,7 @@ use tetrascope_io::{FileData, GridData, MeshData, ReadOptions, read_file};
 pub struct Loaded {
     /// What can be drawn, with the chosen field.
     pub volume: Volume,
-    /// The name of that field.
+    /// The name of that field; [`FieldSummary::drawn`] tells it from another of its name.
     pub field: String,
     /// What it is, one line: cells before and after splitting, and the field.
     pub description: String,
@@ -33,8 +33,10 @@ pub struct FieldSummary {
     pub name: String,
     /// "point" or "cell".
     pub association: &'static str,
-    /// The least and greatest finite value that cells use, if there is any.
+    /// The least and greatest finite value that volume cells use, if there is any.
     pub range: Option<(f64, f64)>,
+    /// Whether it is the chosen one.
+    pub drawn: bool,
 }
 
 /// Reads or makes the volume that `source` names.
@@ -105,30 +107,33 @@ fn from_file(path: &Path, source: &VolumeSource) -> Result<Loaded, Error> {
 }
 
 fn from_mesh(mut data: MeshData, source: &VolumeSource) -> Result<Loaded, Error> {
-    let notes = std::mem::take(&mut data.notes);
+    let (chosen, note) = data.choose(source.field.as_deref())?;
+    let mut notes = std::mem::take(&mut data.notes);
+    notes.extend(note);
     let files = std::mem::take(&mut data.files);
-    let ranges = data.field_ranges();
-    let fields = data
-        .fields
-        .iter()
-        .zip(ranges)
-        .map(|(field, range)| FieldSummary {
-            name: field.name.clone(),
-            association: association(field.association),
-            range,
-        });
+    let fields = data.fields.iter().enumerate();
+    let fields = fields.map(|(i, field)| FieldSummary {
+        name: field.name.clone(),
+        association: association(field.association),
+        range: field.range,
+        drawn: i == chosen,
+    });
     let fields = fields.collect();
-    let mesh = data.into_mesh(source.field.as_deref())?;
+    let mesh = data.into_mesh_of(chosen)?;
     Ok(loaded(mesh, notes, fields, files))
 }
 
 fn from_grid(mut data: GridData, source: &VolumeSource) -> Result<Loaded, Error> {
-    let notes = std::mem::take(&mut data.notes);
+    let (chosen, note) = data.choose(source.field.as_deref())?;
+    let mut notes = std::mem::take(&mut data.notes);
+    notes.extend(note);
     let files = std::mem::take(&mut data.files);
-    let fields = data.fields.iter().map(|field| FieldSummary {
+    let fields = data.fields.iter().enumerate();
+    let fields = fields.map(|(i, field)| FieldSummary {
         name: field.name.clone(),
         association: association(field.association),
         range: field.samples.range(),
+        drawn: i == chosen,
     });
     let fields: Vec<FieldSummary> = fields.collect();
     let (volume, field) = data.into_volume(source.field.as_deref())?;
@@ -161,6 +166,7 @@ fn from_dataset(name: &str, source: &VolumeSource) -> Result<Loaded, Error> {
         name: mesh.scalars().name.clone(),
         association: association(mesh.scalars().association),
         range: mesh.scalar_range(),
+        drawn: true,
     };
     if let Some(wanted) = source
         .field

@@ -163,7 +163,7 @@ fn nrrds_attached_detached_and_in_slices() {
         axis mins: nan 5 6 7\nencoding: raw\n\n\x03\x04\x01\x01\x01\x01\x01\x01\x01\x01\x01\x01\x01\x01\x01\x01";
     let data = read(&[("a.nrrd", vector)]).expect("fine");
     let names: Vec<&str> = data.fields.iter().map(|f| f.name.as_str()).collect();
-    assert_eq!(names, ["scalars-magnitude", "scalars-x", "scalars-y"]);
+    assert_eq!(names, ["scalars-magnitude", "scalars-0", "scalars-1"]);
     let (lattice, magnitude) = loaded(&data, 0);
     assert_eq!((magnitude.get(0), magnitude.len()), (5.0, 8));
     assert_eq!(lattice.origin, DVec3::new(5.0, 6.0, 7.0));

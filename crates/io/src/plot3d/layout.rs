@@ -61,19 +61,25 @@ impl Encoding {
         if self.wide { 8 } else { 4 }
     }
 
-    /// `length` floats, the first at byte `offset`.
-    pub(super) fn floats(self, source: &Source, offset: usize, length: usize) -> Vec<f64> {
+    /// Float number `index` of those that begin at byte `offset`.
+    pub(super) fn float(self, source: &Source, offset: usize, index: usize) -> f64 {
         let size = self.float_size() as usize;
-        source.bytes[offset..offset + size * length]
-            .chunks_exact(size)
-            .map(|bytes| {
-                if self.wide {
-                    self.endian.f64(bytes)
-                } else {
-                    f64::from(self.endian.f32(bytes))
-                }
-            })
-            .collect()
+        let bytes = &source.bytes[offset + size * index..][..size];
+        if self.wide {
+            self.endian.f64(bytes)
+        } else {
+            f64::from(self.endian.f32(bytes))
+        }
+    }
+
+    /// `length` floats, the first at byte `offset`.
+    pub(super) fn floats(
+        self,
+        source: &Source,
+        offset: usize,
+        length: usize,
+    ) -> impl Iterator<Item = f64> {
+        (0..length).map(move |index| self.float(source, offset, index))
     }
 
     /// "big-endian, 32-bit floats, C binary".

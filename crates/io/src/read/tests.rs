@@ -1,3 +1,6 @@
+mod memory;
+mod names;
+
 use std::fs;
 
 use super::*;
@@ -19,7 +22,7 @@ fn unknown_files_are_refused_with_the_formats_that_are_read() {
         ),
         ("a.msh", b"hello", "Gmsh"),
         ("a.case", b"FORMAT", "EnSight"),
-        ("a.pvtu", b"pieces", "give one of its .vtu pieces"),
+        ("a.pvtu", b"pieces", "give one of its .vtu or .vti pieces"),
         ("a.vtu", b"no xml", "does not begin with an XML element"),
         ("a.vtk", b"no vtk", "# vtk DataFile"),
         ("a.html", b"<html></html>", "no <VTKFile> element"),
@@ -72,9 +75,9 @@ fn read_bytes(name: &str, bytes: Vec<u8>) -> Result<MeshData, Error> {
         bytes,
     };
     let data = if name.ends_with("vtu") {
-        vtu::read(&source)?
+        vtu::read(source)?
     } else {
-        vtk::read(&source)?
+        vtk::read(source)?
     };
     match data {
         FileData::Mesh(mesh) => Ok(mesh),
@@ -91,9 +94,8 @@ fn fixture(name: &str) -> Result<MeshData, Error> {
     read_bytes(name, bytes)
 }
 
-fn values<'a>(data: &'a MeshData, name: &str) -> &'a [f64] {
-    &data
-        .field(Some(name))
+fn values(data: &MeshData, name: &str) -> Vec<f64> {
+    data.field(Some(name))
         .unwrap_or_else(|e| panic!("{e}"))
         .values
 }
@@ -178,7 +180,8 @@ fn what_is_not_read_is_said() {
         "{polyhedron}"
     );
     let lzma = fixture("lzma.vtu").expect_err("not read");
-    assert!(lzma.to_string().contains("vtkLZMADataCompressor"), "{lzma}");
+    let words = "compression with vtkLZMADataCompressor is not read";
+    assert!(lzma.to_string().contains(words), "{lzma}");
     assert_eq!(
         lzma.help().as_deref(),
         Some("save the file with zlib, LZ4 or no compression")
@@ -260,7 +263,7 @@ fn pieces_are_joined() {
         data.notes,
         [
             "2 pieces joined",
-            "array 'more' left out: not every piece has it"
+            "array 'more' left out: piece 1 of 2 has no such array of 1 component"
         ]
     );
 }
@@ -282,7 +285,7 @@ fn what_is_wrong_is_said_with_its_place() {
         (
             ">0 1 2 3<",
             ">0 1 2 -3<",
-            "value 3 is '-3', not a number of its type",
+            "value 3 is -3, and indices begin at 0",
         ),
         (">0 1 2 3<", ">0 1 2<", "3 values where 4 are needed"),
         (
@@ -305,7 +308,7 @@ fn what_is_wrong_is_said_with_its_place() {
         (
             "NumberOfPoints=\"4\"",
             "NumberOfPoints=\"1000000000000\"",
-            "4 values where 1000000000000 are needed",
+            "12 values where 3000000000000 are needed",
         ),
         (
             "NumberOfPoints=\"4\"",
@@ -394,19 +397,19 @@ fn a_compressed_block_cannot_grow_beyond_its_format() {
             "byte_order",
             "compressor=\"vtkZLibDataCompressor\" byte_order",
         )
-        .replace("NumberOfPoints=\"4\"", "NumberOfPoints=\"1000000000\"")
+        .replace("NumberOfPoints=\"4\"", "NumberOfPoints=\"300000000\"")
         .replace(
-            r#"Name="scalar" Format="ascii">0 1 nan 3<"#,
-            r#"Name="scalar" format="appended" offset="0"><"#,
+            r#"Format="ascii">0 0 0 1 0 0 0 1 0 0 0 1<"#,
+            r#"format="appended" offset="0"><"#,
         )
         .replace("</VTKFile>", "<AppendedData encoding=\"raw\">_");
     let mut bytes = head.into_bytes();
-    for word in [1_u32, 4_000_000_000, 0, 12] {
+    for word in [1_u32, 3_600_000_000, 0, 12] {
         bytes.extend(word.to_le_bytes());
     }
     bytes.extend([0; 12]);
     let error = read_bytes("a.vtu", bytes).expect_err("a bomb").to_string();
-    assert!(error.contains("cannot hold 4000000000 bytes"), "{error}");
+    assert!(error.contains("cannot hold 3600000000 bytes"), "{error}");
 }
 
 #[test]
@@ -422,7 +425,9 @@ fn every_truncation_is_an_error_or_the_whole_mesh() {
                 // What is missing may be closing tags, blanks, or, in legacy
                 // files, whole arrays or the last digits: the format has no end mark.
                 Ok(data) if name.ends_with("vtu") => {
-                    assert_eq!(data, whole, "{name} cut to {length}")
+                    let same = data.points == whole.points && data.cells == whole.cells;
+                    assert!(same, "{name} cut to {length}");
+                    assert_eq!(data.fields, whole.fields, "{name} cut to {length}");
                 }
                 Ok(data) => assert_eq!(
                     data.cells.types.len(),

@@ -4,7 +4,7 @@ use tetrascope_core::Error;
 use tetrascope_core::grid::Samples;
 
 use crate::grid::number::{Converted, Number};
-use crate::source::{Endian, Source};
+use crate::source::{Endian, Source, room};
 
 /// How an array's numbers are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +72,7 @@ impl Kind {
 /// A place in the file.
 pub(super) struct Scanner<'a> {
     source: &'a Source,
-    at: usize,
+    pub(super) at: usize,
     /// Numbers are big-endian bytes, else words.
     pub(super) binary: bool,
 }
@@ -98,8 +98,8 @@ impl<'a> Scanner<'a> {
         rest[..length].trim_ascii_end()
     }
 
-    /// The next word of any line.
-    pub(super) fn word(&mut self) -> Option<&'a str> {
+    /// The bytes up to the next blank of any line.
+    fn token(&mut self) -> Option<&'a [u8]> {
         let rest = self.rest();
         let start = rest.iter().position(|b| !b.is_ascii_whitespace())?;
         let length = rest[start..]
@@ -107,33 +107,53 @@ impl<'a> Scanner<'a> {
             .position(u8::is_ascii_whitespace)
             .unwrap_or(rest.len() - start);
         self.at += start + length;
-        std::str::from_utf8(&rest[start..start + length]).ok()
+        Some(&rest[start..start + length])
     }
 
-    /// The next word without moving past it.
-    pub(super) fn peek(&mut self) -> Option<&'a str> {
+    /// The next word of any line; `None` at the end of the file.
+    pub(super) fn word(&mut self) -> Result<Option<&'a str>, Error> {
+        let Some(token) = self.token() else {
+            return Ok(None);
+        };
+        std::str::from_utf8(token).map(Some).map_err(|_| {
+            let bytes = &token[..token.len().min(8)];
+            let bytes: Vec<String> = bytes.iter().map(|b| format!("{b:02x}")).collect();
+            self.at -= token.len();
+            self.truncated(format!(
+                "the bytes {} where a word is needed",
+                bytes.join(" ")
+            ))
+        })
+    }
+
+    /// Moves past the next word if it is `word`, in any case of letters.
+    pub(super) fn skip_word(&mut self, word: &str) -> bool {
         let at = self.at;
-        let word = self.word();
-        self.at = at;
-        word
+        let found = self
+            .token()
+            .is_some_and(|token| token.eq_ignore_ascii_case(word.as_bytes()));
+        if !found {
+            self.at = at;
+        }
+        found
     }
 
     /// The next word of this line.
-    pub(super) fn word_in_line(&mut self) -> Option<&'a str> {
+    pub(super) fn word_in_line(&mut self) -> Result<Option<&'a str>, Error> {
         let rest = self.rest();
         let spaces = rest
             .iter()
             .take_while(|&&b| b == b' ' || b == b'\t')
             .count();
         match rest.get(spaces) {
-            None | Some(b'\n' | b'\r') => None,
+            None | Some(b'\n' | b'\r') => Ok(None),
             Some(_) => self.word(),
         }
     }
 
     /// The word that must follow.
     pub(super) fn expect(&mut self, what: &str) -> Result<&'a str, Error> {
-        self.word()
+        self.word()?
             .ok_or_else(|| self.truncated(format!("the file ends where {what} is needed")))
     }
 
@@ -153,21 +173,30 @@ impl<'a> Scanner<'a> {
 
     /// The name of an array: what is not a letter or digit may be in percent code.
     pub(super) fn name(&mut self) -> Result<String, Error> {
-        Ok(decode_percent(self.expect("a name")?))
+        match self.token() {
+            Some(token) => Ok(decode_percent(token)),
+            None => Err(self.truncated("the file ends where a name is needed")),
+        }
     }
 
-    /// `count` numbers as f64 (integers are exact to 2⁵³).
-    pub(super) fn floats(&mut self, kind: Kind, count: u64) -> Result<Vec<f64>, Error> {
+    /// Calls `each` with `count` numbers as f64 (integers are exact to 2⁵³).
+    pub(super) fn each_float(
+        &mut self,
+        kind: Kind,
+        count: u64,
+        each: &mut dyn FnMut(f64),
+    ) -> Result<(), Error> {
         if !self.binary {
-            return self.words(count, parse_float);
+            return self.each_word(count, parse_float, each);
         }
         if kind == Kind::Bit {
             let bytes = self.bytes(count.div_ceil(8))?;
             let bit = |i: usize| f64::from(bytes[i / 8] >> (7 - i % 8) & 1);
-            return Ok((0..count as usize).map(bit).collect());
+            (0..count as usize).for_each(|i| each(bit(i)));
+            return Ok(());
         }
         let big = Endian::Big;
-        self.numbers(kind, count, |b| match kind {
+        let read = |b: &[u8]| match kind {
             Kind::Bit | Kind::U8 => f64::from(b[0]),
             Kind::I8 => f64::from(b[0] as i8),
             Kind::I16 => f64::from(big.i16(b)),
@@ -178,7 +207,29 @@ impl<'a> Scanner<'a> {
             Kind::U64 => big.u64(b) as f64,
             Kind::F32 => f64::from(big.f32(b)),
             Kind::F64 => big.f64(b),
-        })
+        };
+        self.each_number(kind, count, |bytes| each(read(bytes)))
+    }
+
+    /// `count` numbers as f64.
+    pub(super) fn floats(&mut self, kind: Kind, count: u64) -> Result<Vec<f64>, Error> {
+        let mut values = self.room_for(kind, count, 1)?;
+        self.each_float(kind, count, &mut |value| values.push(value))?;
+        Ok(values)
+    }
+
+    /// Moves past `count` numbers, of which words at least look like some.
+    pub(super) fn skip_numbers(&mut self, kind: Kind, count: u64) -> Result<(), Error> {
+        if self.binary {
+            return self.each_float(kind, count, &mut |_| {});
+        }
+        self.check_fits(kind, count)?;
+        let looks_right = |word: &str| {
+            let digit = |b: &u8| b.is_ascii_digit() || b"+-.".contains(b);
+            (word.as_bytes().first().is_some_and(digit) || parse_float(word).is_some())
+                .then_some(())
+        };
+        self.each_word(count, looks_right, |()| {})
     }
 
     /// `count` numbers in the type of samples that holds them best.
@@ -207,18 +258,21 @@ impl<'a> Scanner<'a> {
         converted.map_err(|error| self.error(error.to_string()))
     }
 
-    /// `count` indices; negative ones come out as larger than any mesh.
+    /// `count` indices; negative ones keep their bits, which are larger than any mesh.
     pub(super) fn indices(&mut self, kind: Kind, count: u64) -> Result<Vec<u64>, Error> {
         if !self.binary {
-            return self.words(count, |word| word.parse().ok());
+            return self.words(count, parse_index);
         }
+        let mut values = self.room_for(kind, count, 1)?;
+        let mut push = |value| values.push(value);
         let big = Endian::Big;
         match kind {
-            Kind::I32 => self.numbers(kind, count, |b| i64::from(big.i32(b)) as u64),
-            Kind::U32 => self.numbers(kind, count, |b| u64::from(big.u32(b))),
-            Kind::I64 | Kind::U64 => self.numbers(kind, count, |b| big.u64(b)),
+            Kind::I32 => self.each_number(kind, count, |b| push(i64::from(big.i32(b)) as u64)),
+            Kind::U32 => self.each_number(kind, count, |b| push(u64::from(big.u32(b)))),
+            Kind::I64 | Kind::U64 => self.each_number(kind, count, |b| push(big.u64(b))),
             _ => Err(self.error("indices must be 32- or 64-bit integers")),
-        }
+        }?;
+        Ok(values)
     }
 
     /// Moves past `count` texts.
@@ -249,39 +303,85 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// Moves past the lines of a METADATA block, which an empty line ends.
-    pub(super) fn skip_metadata(&mut self) {
+    /// Moves past the lines of a METADATA block, which an empty line ends. It may name the
+    /// `components` of the array before it; an empty line is there a component without a name.
+    pub(super) fn metadata(&mut self, components: usize) -> Vec<Option<String>> {
         self.line();
-        while !self.rest().is_empty() && !self.line().is_empty() {}
+        let mut names = Vec::new();
+        while !self.rest().is_empty() {
+            let line = self.line();
+            if line.eq_ignore_ascii_case(b"COMPONENT_NAMES") && names.is_empty() {
+                for _ in 0..components {
+                    let name = decode_percent(self.line());
+                    names.push((!name.is_empty()).then_some(name));
+                }
+            } else if line.is_empty() {
+                break;
+            }
+        }
+        names
+    }
+
+    /// Room for `tuples` tuples of `components` numbers, if so many can follow.
+    pub(super) fn room_for<T>(
+        &self,
+        kind: Kind,
+        tuples: u64,
+        components: u64,
+    ) -> Result<Vec<T>, Error> {
+        self.check_fits(kind, tuples.saturating_mul(components))?;
+        room(tuples as usize)
+    }
+
+    /// Whether the rest of the file can hold `count` numbers.
+    fn check_fits(&self, kind: Kind, count: u64) -> Result<(), Error> {
+        let most = match (self.binary, kind) {
+            // A number takes a digit and a space.
+            (false, _) => self.rest().len() as u64 / 2 + 1,
+            (true, Kind::Bit) => (self.rest().len() as u64).saturating_mul(8),
+            (true, kind) => self.rest().len() as u64 / kind.size(),
+        };
+        match count > most {
+            true => Err(self.too_many(count)),
+            false => Ok(()),
+        }
     }
 
     fn words<T>(&mut self, count: u64, parse: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, Error> {
-        // A number takes a digit and a space.
-        if count > self.rest().len() as u64 / 2 + 1 {
-            return Err(self.too_many(count));
-        }
-        let mut values = Vec::with_capacity(count as usize);
+        self.check_fits(Kind::U8, count)?;
+        let mut values = room(count as usize)?;
+        self.each_word(count, parse, |value| values.push(value))?;
+        Ok(values)
+    }
+
+    fn each_word<T>(
+        &mut self,
+        count: u64,
+        parse: impl Fn(&str) -> Option<T>,
+        mut each: impl FnMut(T),
+    ) -> Result<(), Error> {
         for _ in 0..count {
             let word = self.expect("a number")?;
             let value = parse(word).ok_or_else(|| {
                 self.error(format!("'{}' is not a number of its type", clip(word)))
             })?;
-            values.push(value);
+            each(value);
         }
-        Ok(values)
+        Ok(())
     }
 
-    fn numbers<T>(
+    fn each_number(
         &mut self,
         kind: Kind,
         count: u64,
-        read: impl Fn(&[u8]) -> T,
-    ) -> Result<Vec<T>, Error> {
+        each: impl FnMut(&[u8]),
+    ) -> Result<(), Error> {
         let length = count
             .checked_mul(kind.size())
             .ok_or_else(|| self.too_many(count))?;
         let bytes = self.bytes(length)?;
-        Ok(bytes.chunks_exact(kind.size() as usize).map(read).collect())
+        bytes.chunks_exact(kind.size() as usize).for_each(each);
+        Ok(())
     }
 
     /// Bytes that begin on the next line.
@@ -339,14 +439,20 @@ pub(crate) fn parse_float(word: &str) -> Option<f64> {
     })
 }
 
+/// An index; a negative one keeps its bits.
+fn parse_index(word: &str) -> Option<u64> {
+    word.parse()
+        .ok()
+        .or_else(|| Some(word.parse::<i64>().ok()? as u64))
+}
+
 /// At most 40 characters of a word, for a message.
 pub(super) fn clip(word: &str) -> String {
     word.chars().take(40).collect()
 }
 
 /// "Nodal Stress" for "Nodal%20Stress".
-fn decode_percent(text: &str) -> String {
-    let bytes = text.as_bytes();
+fn decode_percent(bytes: &[u8]) -> String {
     let mut decoded = Vec::with_capacity(bytes.len());
     let mut at = 0;
     while at < bytes.len() {
@@ -367,9 +473,9 @@ mod tests {
 
     #[test]
     fn percent_codes_are_decoded_and_percents_kept() {
-        assert_eq!(decode_percent("Nodal%20Stress"), "Nodal Stress");
-        assert_eq!(decode_percent("%C3%A9%"), "é%");
-        assert_eq!(decode_percent("100%zz%2"), "100%zz%2");
+        assert_eq!(decode_percent(b"Nodal%20Stress"), "Nodal Stress");
+        assert_eq!(decode_percent(b"%C3%A9%"), "é%");
+        assert_eq!(decode_percent(b"100%zz%2"), "100%zz%2");
     }
 
     #[test]

@@ -6,8 +6,9 @@
 //! after the other or together; both are met with. (VTK, *VTK XML Formats*.)
 
 use std::borrow::Cow;
-use std::cell::Cell;
 use std::io::Read as _;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use base64::Engine as _;
 use base64::alphabet::STANDARD;
@@ -16,19 +17,25 @@ use tetrascope_core::Error;
 
 use super::document::{ArrayElement, Compressor, Data, Document};
 use crate::grid::number::{Converted, Number};
-use crate::source::{Endian, Source};
+use crate::source::{Endian, Source, room};
 use crate::vtk::parse_float;
 
 /// What a byte can grow to, by the formats: deflate codes at most 258 bytes in
 /// 2 bits, LZ4 255 bytes in one. The sum allows for the headers of tiny blocks.
-fn largest(compressor: Compressor, compressed: u64) -> u64 {
+fn largest(compressor: &Compressor, compressed: u64) -> u64 {
     let ratio = match compressor {
-        Compressor::None => 1,
         Compressor::Zlib => 1032,
         Compressor::Lz4 => 255,
+        Compressor::None | Compressor::Unknown(_) => 1,
     };
     compressed.saturating_mul(ratio).saturating_add(64)
 }
+
+/// Bytes that are decoded at a time; whole numbers of any size and groups of base64.
+const CHUNK: usize = 48 << 10;
+
+/// Takes decoded bytes, one part after the other.
+type Sink<'f> = &'f mut dyn FnMut(&[u8]) -> Result<(), Error>;
 
 /// Reads the arrays of one file.
 pub(super) struct Decoder<'a> {
@@ -36,34 +43,53 @@ pub(super) struct Decoder<'a> {
     document: &'a Document<'a>,
     /// Encoded bytes read so far. Arrays do not overlap, so they are no more
     /// than the file has; arrays that all point at the same place are stopped.
-    consumed: Cell<u64>,
+    consumed: Arc<AtomicU64>,
 }
 
 impl<'a> Decoder<'a> {
     pub(super) fn new(source: &'a Source, document: &'a Document<'a>) -> Decoder<'a> {
+        Decoder::counting(source, document, Arc::default())
+    }
+
+    /// A decoder that goes on counting the bytes that others have read of the file.
+    pub(super) fn counting(
+        source: &'a Source,
+        document: &'a Document<'a>,
+        consumed: Arc<AtomicU64>,
+    ) -> Decoder<'a> {
         Decoder {
             source,
             document,
-            consumed: Cell::new(0),
+            consumed,
         }
     }
 
-    /// `tuples` tuples of any numbers, all components of one after the other.
-    pub(super) fn floats(&self, array: &ArrayElement, tuples: u64) -> Result<Vec<f64>, Error> {
+    /// The count of bytes read so far.
+    pub(super) fn consumed(&self) -> Arc<AtomicU64> {
+        self.consumed.clone()
+    }
+
+    /// Calls `each` with the numbers of `tuples` tuples, all components of one after the other.
+    pub(super) fn each_float(
+        &self,
+        array: &ArrayElement,
+        tuples: u64,
+        each: &mut dyn FnMut(f64),
+    ) -> Result<(), Error> {
         let count = self.count(array, tuples)?;
         if let Data::Ascii(text) = &array.data {
-            return self.words(array, text, count, parse_float);
+            return self.each_word(array, text, count, parse_float, each);
         }
-        let bytes = self.bytes(array, count)?;
-        let endian = self.document.endian;
-        let each = |f: &dyn Fn(&[u8]) -> f64| -> Vec<f64> {
-            bytes.chunks_exact(array.kind.size()).map(f).collect()
-        };
-        Ok(match array.kind {
-            Number::F32 => each(&|b| f64::from(endian.f32(b))),
-            Number::F64 => each(&|b| endian.f64(b)),
-            // Exact to 2⁵³.
-            kind => each(&|b| integer(kind, endian, b) as f64),
+        let (kind, endian) = (array.kind, self.document.endian);
+        self.each_bytes(array, count, &mut |bytes| {
+            let numbers = bytes.chunks_exact(kind.size());
+            match kind {
+                Number::F32 => numbers.for_each(|b| each(f64::from(endian.f32(b)))),
+                Number::F64 => numbers.for_each(|b| each(endian.f64(b))),
+                // Exact to 2⁵³.
+                _ => numbers.for_each(|b| each(integer(kind, endian, b) as f64)),
+            }
+            Ok(())
         })
     }
 
@@ -88,26 +114,56 @@ impl<'a> Decoder<'a> {
         converted.map_err(|error| self.error(array, error.to_string()))
     }
 
-    /// `count` indices.
-    pub(super) fn indices(&self, array: &ArrayElement, count: u64) -> Result<Vec<u64>, Error> {
+    /// Calls `each` with `count` indices.
+    pub(super) fn each_index(
+        &self,
+        array: &ArrayElement,
+        count: u64,
+        each: &mut dyn FnMut(u64) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         if matches!(array.kind, Number::F32 | Number::F64) || array.components != 1 {
             return Err(self.error(array, "indices must be whole numbers, one component each"));
         }
         let count = self.count(array, count)?;
+        let mut number = 0;
+        let mut take = |value: i128| {
+            let index = u64::try_from(value).map_err(|_| {
+                self.error(
+                    array,
+                    format!("value {number} is {value}, and indices begin at 0"),
+                )
+            })?;
+            number += 1;
+            each(index)
+        };
         if let Data::Ascii(text) = &array.data {
-            return self.words(array, text, count, |word| word.parse().ok());
+            let mut result = Ok(());
+            let whole = |word: &str| word.parse().ok();
+            self.each_word(array, text, count, whole, &mut |value: i128| {
+                if result.is_ok() {
+                    result = take(value);
+                }
+            })?;
+            return result;
         }
-        let bytes = self.bytes(array, count)?;
-        let endian = self.document.endian;
-        bytes
-            .chunks_exact(array.kind.size())
-            .enumerate()
-            .map(|(i, b)| {
-                let value = integer(array.kind, endian, b);
-                u64::try_from(value)
-                    .map_err(|_| self.error(array, format!("value {i} is {value}, below 0")))
-            })
-            .collect()
+        let (kind, endian) = (array.kind, self.document.endian);
+        self.each_bytes(array, count, &mut |bytes| {
+            let mut numbers = bytes.chunks_exact(kind.size());
+            numbers.try_for_each(|b| take(integer(kind, endian, b)))
+        })
+    }
+
+    /// `count` indices; the caller bounds how many.
+    pub(super) fn indices(&self, array: &ArrayElement, count: u64) -> Result<Vec<u64>, Error> {
+        let mut values = Vec::new();
+        self.each_index(array, count, &mut |value| {
+            if values.is_empty() {
+                values = room(count as usize)?;
+            }
+            values.push(value);
+            Ok(())
+        })?;
+        Ok(values)
     }
 
     /// Values in all; an array cannot have more than memory has bytes.
@@ -129,38 +185,80 @@ impl<'a> Decoder<'a> {
         count: u64,
         parse: impl Fn(&str) -> Option<T>,
     ) -> Result<Vec<T>, Error> {
-        self.consume(array, text.len() as u64)?;
-        let values: Vec<T> = text
-            .split_ascii_whitespace()
-            .enumerate()
-            .map(|(i, word)| {
-                parse(word).ok_or_else(|| {
-                    let word: String = word.chars().take(40).collect();
-                    self.error(
-                        array,
-                        format!("value {i} is '{word}', not a number of its type"),
-                    )
-                })
-            })
-            .collect::<Result<_, _>>()?;
-        if values.len() as u64 != count {
-            return Err(self.error(
-                array,
-                format!("{} values where {count} are needed", values.len()),
-            ));
-        }
+        // A number takes a digit and a blank; if there are fewer, `each_word` says so.
+        let mut values = room(count.min(text.len() as u64 / 2 + 1) as usize)?;
+        self.each_word(array, text, count, parse, &mut |value| values.push(value))?;
         Ok(values)
     }
 
+    fn each_word<T>(
+        &self,
+        array: &ArrayElement,
+        text: &str,
+        count: u64,
+        parse: impl Fn(&str) -> Option<T>,
+        each: &mut dyn FnMut(T),
+    ) -> Result<(), Error> {
+        self.consume(array, text.len() as u64)?;
+        let mut found = 0;
+        for word in text.split_ascii_whitespace() {
+            let value = parse(word).ok_or_else(|| {
+                let word: String = word.chars().take(40).collect();
+                self.error(
+                    array,
+                    format!("value {found} is '{word}', not a number of its type"),
+                )
+            })?;
+            if found < count {
+                each(value);
+            }
+            found += 1;
+        }
+        if found != count {
+            return Err(self.error(array, format!("{found} values where {count} are needed")));
+        }
+        Ok(())
+    }
+
     /// The decoded bytes of `count` numbers.
-    fn bytes<'s>(&'s self, array: &'s ArrayElement, count: u64) -> Result<Cow<'s, [u8]>, Error> {
-        let expected = count * array.kind.size() as u64; // checked in `count`
+    fn bytes(&self, array: &ArrayElement, count: u64) -> Result<Cow<'_, [u8]>, Error> {
+        let mut bytes = Vec::new();
+        self.each_bytes(array, count, &mut |part| {
+            if bytes.is_empty() {
+                bytes = room(count as usize * array.kind.size())?;
+            }
+            bytes.extend_from_slice(part);
+            Ok(())
+        })?;
+        Ok(Cow::Owned(bytes))
+    }
+
+    /// Calls `each` with the bytes of `count` numbers, some whole numbers at a time.
+    fn each_bytes(&self, array: &ArrayElement, count: u64, each: Sink) -> Result<(), Error> {
+        let size = array.kind.size();
+        let expected = count * size as u64; // checked in `count`
         if expected == 0 {
-            return Ok(Cow::Borrowed(&[]));
+            return Ok(());
         }
         let mut stream = self.stream(array)?;
         let start = stream.rest();
-        let result = self.block_data(array, &mut stream, expected);
+        // The first bytes of a number whose other bytes are in the next part.
+        let mut begun: Vec<u8> = Vec::with_capacity(size);
+        let result = self.blocks(array, &mut stream, expected, &mut |mut bytes| {
+            if !begun.is_empty() {
+                let (head, tail) = bytes.split_at((size - begun.len()).min(bytes.len()));
+                begun.extend_from_slice(head);
+                bytes = tail;
+                if begun.len() < size {
+                    return Ok(());
+                }
+                each(&begun)?;
+                begun.clear();
+            }
+            let (whole, rest) = bytes.split_at(bytes.len() - bytes.len() % size);
+            begun.extend_from_slice(rest);
+            each(whole)
+        });
         self.consume(array, start - stream.rest())?;
         result
     }
@@ -192,21 +290,42 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    fn block_data<'s>(
+    /// Calls `sink` with the `expected` decoded bytes, in parts.
+    fn blocks(
         &self,
         array: &ArrayElement,
-        stream: &mut Stream<'s>,
+        stream: &mut Stream,
         expected: u64,
-    ) -> Result<Cow<'s, [u8]>, Error> {
-        let compressor = self.document.compressor;
+        sink: Sink,
+    ) -> Result<(), Error> {
+        let compressor = &self.document.compressor;
+        if let Compressor::Unknown(name) = compressor {
+            return Err(self.source.error_with_help(
+                format!("array '{}'", array.name),
+                format!("compression with {name} is not read"),
+                "save the file with zlib, LZ4 or no compression",
+            ));
+        }
         let wrong =
             |found: u64| self.error(array, format!("{found} bytes where {expected} are needed"));
-        if compressor == Compressor::None {
-            let length = self.header(array, stream)?;
-            if length != expected {
-                return Err(wrong(length));
+        if *compressor == Compressor::None {
+            let mut left = self.header(array, stream)?;
+            if left != expected {
+                return Err(wrong(left));
             }
-            return self.take(array, stream, length);
+            if left > stream.rest() {
+                let rest = stream.rest();
+                return Err(self.truncated(
+                    array,
+                    format!("{left} bytes of data where only {rest} are left"),
+                ));
+            }
+            while left > 0 {
+                let part = self.take(array, stream, left.min(CHUNK as u64))?;
+                left -= part.len() as u64;
+                sink(&part)?;
+            }
+            return Ok(());
         }
         let block_count = self.header(array, stream)?;
         let block_size = self.header(array, stream)?;
@@ -227,7 +346,7 @@ impl<'a> Decoder<'a> {
                 format!("{block_count} compressed blocks are too many for the rest of the file"),
             ));
         }
-        let mut sizes = Vec::with_capacity(block_count as usize);
+        let mut sizes = room(block_count as usize)?;
         for _ in 0..block_count {
             sizes.push(self.header(array, stream)?);
         }
@@ -243,7 +362,6 @@ impl<'a> Decoder<'a> {
                 ),
             ));
         }
-        let mut bytes = Vec::with_capacity(expected as usize);
         for (i, size) in sizes.into_iter().enumerate() {
             let is_last = i as u64 + 1 == block_count;
             let full = if is_last && last_size != 0 {
@@ -253,7 +371,7 @@ impl<'a> Decoder<'a> {
             };
             let block = self.take(array, stream, size)?;
             if full > largest(compressor, size)
-                || !decompress(compressor, &block, full as usize, &mut bytes)
+                || !decompress(compressor, &block, full as usize, sink)?
             {
                 return Err(self.error(
                     array,
@@ -261,7 +379,7 @@ impl<'a> Decoder<'a> {
                 ));
             }
         }
-        Ok(Cow::Owned(bytes))
+        Ok(())
     }
 
     /// One number of a header.
@@ -286,8 +404,8 @@ impl<'a> Decoder<'a> {
     }
 
     fn consume(&self, array: &ArrayElement, length: u64) -> Result<(), Error> {
-        let sum = self.consumed.get().saturating_add(length);
-        self.consumed.set(sum);
+        let before = self.consumed.fetch_add(length, Ordering::Relaxed);
+        let sum = before.saturating_add(length);
         if sum > self.source.bytes.len() as u64 {
             return Err(self.error(array, "its data overlaps that of other arrays"));
         }
@@ -307,19 +425,40 @@ impl<'a> Decoder<'a> {
     }
 }
 
-/// Appends exactly `size` decompressed bytes; false if the block holds anything else.
-fn decompress(compressor: Compressor, block: &[u8], size: usize, bytes: &mut Vec<u8>) -> bool {
-    let start = bytes.len();
+/// Calls `sink` with exactly `size` decompressed bytes, in parts; false if the block holds
+/// anything else.
+fn decompress(
+    compressor: &Compressor,
+    block: &[u8],
+    size: usize,
+    sink: Sink,
+) -> Result<bool, Error> {
     match compressor {
-        Compressor::None => false,
+        Compressor::None | Compressor::Unknown(_) => Ok(false),
         Compressor::Zlib => {
-            let mut limited = flate2::read::ZlibDecoder::new(block).take(size as u64 + 1);
-            limited.read_to_end(bytes).is_ok() && bytes.len() == start + size
+            let mut decoder = flate2::read::ZlibDecoder::new(block);
+            let mut part = vec![0; CHUNK.min(size + 1)];
+            let mut left = size;
+            loop {
+                match decoder.read(&mut part) {
+                    Ok(0) => return Ok(left == 0),
+                    Ok(read) if read <= left => {
+                        left -= read;
+                        sink(&part[..read])?;
+                    }
+                    _ => return Ok(false),
+                }
+            }
         }
         Compressor::Lz4 => {
-            bytes.resize(start + size, 0);
-            lz4_flex::block::decompress_into(block, &mut bytes[start..])
-                .is_ok_and(|written| written == size)
+            let mut bytes = room(size)?;
+            bytes.resize(size, 0);
+            let written = lz4_flex::block::decompress_into(block, &mut bytes);
+            if !written.is_ok_and(|written| written == size) {
+                return Ok(false);
+            }
+            sink(&bytes)?;
+            Ok(true)
         }
     }
 }

@@ -9,15 +9,18 @@ use tetrascope_core::Error;
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::mesh::Association;
 
+use crate::fields::MOST_COMPONENTS;
 use crate::grid::number::Number;
 use crate::source::{Endian, Source};
 
 /// Compression of binary data.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Compressor {
     None,
     Zlib,
     Lz4,
+    /// Another, by name: it is refused where binary data are.
+    Unknown(String),
 }
 
 /// The type of an array's numbers, by VTK's name.
@@ -54,11 +57,13 @@ pub(super) struct ArrayElement<'a> {
     pub(super) name: String,
     pub(super) kind: Number,
     pub(super) components: u64,
+    /// As far as the file names them.
+    pub(super) component_names: Vec<Option<String>>,
     pub(super) data: Data<'a>,
 }
 
 /// The parts of a piece that hold arrays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Section {
     PointData,
     CellData,
@@ -127,6 +132,8 @@ pub(super) struct Document<'a> {
     pub(super) compressor: Compressor,
     pub(super) pieces: Vec<Piece<'a>>,
     pub(super) appended: Option<Appended<'a>>,
+    /// How many times some array is there, one for each time step.
+    pub(super) time_steps: usize,
     pub(super) notes: Vec<String>,
 }
 
@@ -145,10 +152,9 @@ impl<'a> Document<'a> {
             .map(|tail| cut_appended(source, head.len(), tail))
             .transpose()?;
         let head = std::str::from_utf8(head).map_err(|error| {
-            source.error_with_help(
+            source.error(
                 format!("byte {}", error.valid_up_to()),
                 "the XML part of the file is not UTF-8 text",
-                "the file is damaged, or it was written in another encoding",
             )
         })?;
         let mut parser = Parser {
@@ -160,11 +166,13 @@ impl<'a> Document<'a> {
                 compressor: Compressor::None,
                 pieces: Vec::new(),
                 appended,
+                time_steps: 1,
                 notes: Vec::new(),
             },
             open: Vec::new(),
             section: None,
             array: None,
+            repeats: HashMap::new(),
             has_grid: false,
             ended: false,
         };
@@ -207,6 +215,8 @@ struct Parser<'a> {
     section: Option<Section>,
     /// The array whose text is being read.
     array: Option<(ArrayElement<'a>, bool)>,
+    /// How many times each array of the piece is there.
+    repeats: HashMap<(Section, String), usize>,
     has_grid: bool,
     ended: bool,
 }
@@ -299,6 +309,7 @@ impl<'a> Parser<'a> {
                     ..Piece::default()
                 };
                 self.document.pieces.push(piece);
+                self.repeats.clear();
                 Ok(())
             }
             "PointData" | "CellData" | "Points" | "Cells" => {
@@ -335,9 +346,17 @@ impl<'a> Parser<'a> {
                         ));
                     };
                     let arrays = piece.section(section);
-                    // One array a time step: the first is drawn.
-                    if keep && !arrays.iter().any(|a| a.name == array.name) {
+                    // One array per time step: the first is drawn.
+                    let name_is_empty = array.name.is_empty();
+                    let repeats = self.repeats.entry((section, array.name.clone()));
+                    let repeats = repeats.or_default();
+                    if keep && (*repeats == 0 || name_is_empty) {
                         arrays.push(array);
+                    }
+                    *repeats += 1;
+                    if !name_is_empty {
+                        let steps = &mut self.document.time_steps;
+                        *steps = (*repeats).max(*steps);
                     }
                 }
             }
@@ -369,6 +388,14 @@ impl<'a> Parser<'a> {
             |what: String, help: &str| Err(self.source.error_with_help("<VTKFile>", what, help));
         let kind = get("type").unwrap_or("UnstructuredGrid");
         if kind != "UnstructuredGrid" && kind != "ImageData" {
+            if let Some((first, files)) = listed_files(&self.source.bytes) {
+                return refuse(
+                    format!(
+                        "the file holds a {kind}, which only lists {files} other files, the first of them '{first}'"
+                    ),
+                    "give one of these files, or join them, for example by opening this one in ParaView and saving it as .vtu or .vti",
+                );
+            }
             return refuse(
                 format!(
                     "the file holds a {kind}; of VTK XML files UnstructuredGrid and ImageData are read"
@@ -401,12 +428,8 @@ impl<'a> Parser<'a> {
             None | Some("") => Compressor::None,
             Some("vtkZLibDataCompressor") => Compressor::Zlib,
             Some("vtkLZ4DataCompressor") => Compressor::Lz4,
-            Some(other) => {
-                return refuse(
-                    format!("compression with {other} is not read"),
-                    "save the file with zlib, LZ4 or no compression",
-                );
-            }
+            // Text is not compressed, whatever the file says.
+            Some(other) => Compressor::Unknown(other.into()),
         };
         Ok(())
     }
@@ -445,18 +468,18 @@ impl<'a> Parser<'a> {
                 .notes
                 .push(format!("array '{name}' left out: it is of type '{named}'"));
         }
-        // More would be a table, not a field.
-        const MOST_COMPONENTS: u64 = 64;
-        if components == 0 || components > MOST_COMPONENTS {
+        if components == 0 || components > MOST_COMPONENTS as u64 {
             return Err(self.source.error(
                 at(),
                 format!("{components} components; 1 to {MOST_COMPONENTS} are read"),
             ));
         }
+        let names = (0..components).map(|c| attributes.get(&format!("componentname{c}")).cloned());
         let array = ArrayElement {
             name,
             kind: kind.unwrap_or(Number::U8),
             components,
+            component_names: names.collect(),
             data,
         };
         self.array = Some((array, kind.is_some()));
@@ -525,6 +548,22 @@ fn attributes(source: &Source, element: &BytesStart, place: usize) -> Result<Att
         })
 }
 
+/// The first of the files that a file of pieces, blocks or time steps names, and how many it
+/// names.
+fn listed_files(bytes: &[u8]) -> Option<(String, usize)> {
+    const MOST: usize = 60;
+    for key in [b" Source=\"".as_slice(), b" file=\""] {
+        let first = find(bytes, key).map(|at| &bytes[at + key.len()..]);
+        let end = |rest: &[u8]| rest.iter().position(|&b| b == b'"');
+        if let Some((rest, end)) = first.and_then(|rest| Some((rest, end(rest)?))) {
+            let name = String::from_utf8_lossy(&rest[..end]);
+            let files = bytes.windows(key.len()).filter(|w| *w == key).count();
+            return Some((name.chars().take(MOST).collect(), files));
+        }
+    }
+    None
+}
+
 /// "line 3, column 7" of a byte offset.
 fn line(text: &str, offset: usize) -> String {
     let before = &text.as_bytes()[..offset.min(text.len())];
@@ -534,7 +573,7 @@ fn line(text: &str, offset: usize) -> String {
 }
 
 /// The first place of `needle`.
-fn find(bytes: &[u8], needle: &[u8]) -> Option<usize> {
+pub(super) fn find(bytes: &[u8], needle: &[u8]) -> Option<usize> {
     let mut from = 0;
     while let Some(at) = bytes[from..].iter().position(|&b| b == needle[0]) {
         if bytes[from + at..].starts_with(needle) {

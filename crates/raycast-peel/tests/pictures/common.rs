@@ -293,7 +293,7 @@ pub(crate) fn data(test: &str, name: &str) -> Option<MeshData> {
 
 pub(crate) fn blunt_fin(test: &str) -> Option<TetMesh> {
     let data = data(test, "bluntfinxyz.bin")?;
-    let field = data.field(Some("density")).expect("a field").clone();
+    let field = data.field(Some("density")).expect("a field");
     let mesh = TetMesh::with_split(data.points, &data.cells, field, Split::FiveAlternating);
     let mesh = mesh.expect("a mesh");
     // Of the 187 395 of the paper, those with four corners at different places.

@@ -165,3 +165,53 @@ fn paths_in_a_scene_start_at_its_folder() {
         .failed(3);
     assert!(error.contains("a/b/../gone.vtu"), "{error}");
 }
+
+/// `T` at points and in cells of a tetrahedron, a stress with names of its own, a vector.
+const NAMES: &str = r#"<VTKFile type="UnstructuredGrid" byte_order="LittleEndian">
+<UnstructuredGrid><Piece NumberOfPoints="4" NumberOfCells="1"><PointData>
+<DataArray type="Float64" Name="T" format="ascii">0 1 2 3</DataArray>
+<DataArray type="Float64" Name="U" NumberOfComponents="3" format="ascii">3 4 0 0 0 0 0 0 0 0 0 0</DataArray>
+<DataArray type="Float64" Name="s" NumberOfComponents="6" ComponentName3="YZ" ComponentName5="XY" format="ascii">
+1 2 3 23 13 12 1 2 3 23 13 12 1 2 3 23 13 12 1 2 3 24 13 12.5</DataArray>
+</PointData><CellData><DataArray type="Float64" Name="T" format="ascii">9</DataArray></CellData>
+<Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points>
+<Cells><DataArray type="Int32" Name="connectivity" format="ascii">0 1 2 3</DataArray>
+<DataArray type="Int32" Name="offsets" format="ascii">4</DataArray>
+<DataArray type="Int32" Name="types" format="ascii">10</DataArray></Cells>
+</Piece></UnstructuredGrid></VTKFile>"#;
+
+#[test]
+fn info_marks_the_one_field_that_is_drawn() {
+    let folder = Folder::new();
+    folder.write("names.vtu", NAMES);
+    folder.write(
+        "cells.toml",
+        "version = 1\nvolume.file = \"names.vtu\"\nvolume.field = \"T (cell)\"",
+    );
+    for (options, name, association, range) in [
+        ("", "T", "point", [0.0, 3.0]),
+        ("-f cell:T", "T", "cell", [9.0, 9.0]),
+        ("-f U", "U-magnitude", "point", [0.0, 5.0]),
+        ("-f s-XY", "s-XY", "point", [12.0, 12.5]),
+        ("-f s-YZ", "s-YZ", "point", [23.0, 24.0]),
+    ] {
+        let command = format!("info names.vtu --json {options}");
+        let facts = folder.run(&command).succeeded().json();
+        assert_eq!(facts["field"], name, "{command}");
+        let drawn = facts["fields"].as_array().expect("a list").iter();
+        let drawn: Vec<_> = drawn.filter(|field| field["drawn"] == true).collect();
+        assert_eq!(drawn.len(), 1, "{command}: {drawn:?}");
+        assert_eq!(drawn[0]["name"], name, "{command}");
+        assert_eq!(drawn[0]["association"], association, "{command}");
+        assert_eq!(drawn[0]["range"], serde_json::json!(range), "{command}");
+    }
+    let text = folder.run("info names.vtu").succeeded().stdout;
+    assert_eq!(text.matches("drawn)").count(), 1, "{text}");
+    // A scene names a field in the same way.
+    let run = folder.run("render --scene cells.toml --range 0,10 --size 8x8 -o a.npy");
+    let stderr = run.succeeded().stderr;
+    assert!(stderr.contains("field 'T' (cell)"), "{stderr}");
+    let (error, help) = folder.run("info names.vtu -f s").failed(3);
+    assert!(error.contains("no field 's'"), "{error}");
+    assert!(help.contains("--field"), "{help}");
+}

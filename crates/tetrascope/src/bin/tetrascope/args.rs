@@ -157,7 +157,7 @@ pub(crate) struct VolumeArgs {
     /// The Plot3D solution of a Plot3D grid [default: found by name]
     #[arg(long, value_name = "FILE")]
     pub(crate) solution: Option<PathBuf>,
-    /// The field to draw [default: the first that varies]
+    /// The field to draw, as `info` lists it, or cell:NAME, point:NAME [default: the first that varies]
     #[arg(short, long, value_name = "NAME")]
     pub(crate) field: Option<String>,
     /// About how many cells a data set should have

@@ -47,13 +47,14 @@ fn fields(loaded: &Loaded) -> Vec<String> {
         name,
         association,
         range,
+        drawn,
     } in &loaded.fields
     {
         let range = match range {
             Some((low, high)) => format!("[{low}, {high}]"),
             None => "no finite value".into(),
         };
-        let drawn = if *name == loaded.field { ", drawn" } else { "" };
+        let drawn = if *drawn { ", drawn" } else { "" };
         lines.push(format!("  {name} {range} ({association}{drawn})"));
     }
     lines
