@@ -139,6 +139,8 @@ impl Facts<'_> {
             "cells": types.collect::<Vec<Value>>(),
             "tetrahedra": r.tetrahedra,
             "points": self.mesh.points().len(),
+            "coincident_points": r.coincident_points,
+            "joined_faces": r.joined_faces,
             "fields": self.loaded.fields,
             "field": self.mesh.scalars().name,
             "bounds": [self.bounds.min, self.bounds.max],
