@@ -47,8 +47,6 @@ pub(crate) struct Mpvo {
     /// Cells without volume, of which no side is the inside.
     flat: Vec<bool>,
     shown: Vec<bool>,
-    /// Why the order may be wrong whatever the view.
-    pub(crate) unproven: Option<String>,
 }
 
 /// A cell's place in the search.
@@ -78,7 +76,6 @@ impl Mpvo {
             points,
             flat,
             shown,
-            unproven: unproven(mesh),
         }
     }
 
@@ -177,12 +174,12 @@ pub(crate) fn unproven(mesh: &TetMesh) -> Option<String> {
     if mesh.cell_count() == 0 {
         return None;
     }
-    let crowded = mesh.report().crowded_faces;
-    if crowded > 0 {
-        let faces = count(crowded, "face belongs", "faces belong");
-        return Some(format!("{faces} to more than two cells"));
-    }
     if !boundary.convex {
+        let crowded = mesh.report().crowded_faces;
+        if crowded > 0 {
+            let faces = count(crowded, "face belongs", "faces belong");
+            return Some(format!("{faces} to more than two cells"));
+        }
         let parts = boundary.components;
         return Some(match (parts, boundary.closed) {
             (1, true) => "the mesh is not convex".into(),

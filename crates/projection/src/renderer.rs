@@ -20,7 +20,6 @@ use self::scene::{Parts, Scene, Sorter, Sorting};
 pub use self::surfaces::DepthTarget;
 use self::surfaces::prepared;
 use crate::frame::{along_rays, camera_space, frame};
-use crate::mpvo::unproven;
 use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellPass, FrameData, Uploaded};
 use crate::passes::faces::FacePass;
@@ -249,13 +248,13 @@ impl Projection {
             Sorting::PerPixel => {
                 ordered.way = Ordered::InLists;
                 ordered.proven = Some(true);
-                let why = unproven(&scene.geometry.mesh).filter(|_| automatic);
+                let why = scene.unproven.as_ref().filter(|_| automatic);
                 ordered.note = why.map(|why| format!("fragments are sorted in each pixel: {why}"));
             }
             Sorting::Mpvo(mpvo) => {
                 let sorted = mpvo.sorted(view, &scene.geometry.normalization);
                 ordered.cycles = Some(sorted.cycles);
-                let why = mpvo.unproven.clone().or_else(|| {
+                let why = scene.unproven.clone().or_else(|| {
                     (sorted.cycles > 0).then(|| "cells hide each other in a cycle".into())
                 });
                 ordered.proven = Some(why.is_none());

@@ -28,6 +28,8 @@ pub(super) struct Scene {
     pub(super) look: Look,
     pub(super) transform: TransformData,
     pub(super) sorting: Sorting,
+    /// Why an order by faces may be wrong whatever the view, where one is asked for.
+    pub(super) unproven: Option<String>,
     pub(super) surfaces: Option<SurfaceData>,
     pub(super) cell: CellData,
     /// For lists in pixels, where `sorting` is another that was not right in some view.
@@ -85,7 +87,8 @@ impl Parts<'_> {
         let gpu = self.gpu;
         let model = appearance.optical_model;
         // Tables and surfaces want whole segments, and lists in pixels sort those.
-        let way = Way::of(gpu, self.options, model, &geometry.mesh);
+        let unproven = doubt(self.options, model, &geometry.mesh);
+        let way = Way::of(gpu, self.options, model, unproven.is_none());
         let in_lists = way == Way::PerPixel;
         let pieces = self.options.integration == Integration::Exact
             && model != OpticalModel::Isosurfaces
@@ -156,6 +159,7 @@ impl Parts<'_> {
             look,
             transform,
             sorting,
+            unproven,
             surfaces,
             cell,
             whole_cells: OnceLock::new(),
@@ -189,6 +193,12 @@ impl Scene {
     }
 }
 
+/// Why an order by faces may be wrong, where one is asked for.
+fn doubt(options: &ProjectionOptions, model: OpticalModel, mesh: &TetMesh) -> Option<String> {
+    let asked = matches!(options.order, Order::Auto | Order::Mpvo) && !model.commutes();
+    asked.then(|| unproven(mesh)).flatten()
+}
+
 impl Sorting {
     pub(super) fn is_per_pixel(&self) -> bool {
         matches!(self, Sorting::PerPixel)
@@ -196,7 +206,7 @@ impl Sorting {
 }
 
 impl Way {
-    fn of(gpu: &Gpu, options: &ProjectionOptions, model: OpticalModel, mesh: &TetMesh) -> Way {
+    fn of(gpu: &Gpu, options: &ProjectionOptions, model: OpticalModel, proven: bool) -> Way {
         match options.order {
             _ if model.commutes() => Way::None,
             Order::Unsorted => Way::None,
@@ -205,7 +215,7 @@ impl Way {
             Order::Mpvo => Way::Mpvo,
             Order::PerPixel => Way::PerPixel,
             Order::Auto if options.exit_search != ExitSearch::PerFragment => Way::Mpvo,
-            Order::Auto if unproven(mesh).is_none() => Way::Mpvo,
+            Order::Auto if proven => Way::Mpvo,
             Order::Auto => Way::PerPixel,
         }
     }
@@ -221,7 +231,8 @@ impl Sorter {
         model: OpticalModel,
         mesh: &TetMesh,
     ) -> Result<(), Error> {
-        match Way::of(gpu, options, model, mesh) {
+        let proven = doubt(options, model, mesh).is_none();
+        match Way::of(gpu, options, model, proven) {
             Way::Centroid if self.order.is_none() => self.order = Some(OrderPass::new(gpu)?),
             Way::PerPixel => _ = self.lists(gpu, cell_pass)?,
             _ => {}
