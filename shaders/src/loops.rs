@@ -99,6 +99,7 @@ pub const LOOPS: &[Loop] = &[
     of("slicing/slab.wgsl", "gradient_at", AtMost(3), "axes"),
     of("slicing/slab.wgsl", "next_plane", AtMost(3), "axes"),
     of("slicing/slab.wgsl", "without_gaps", AtMost(13), "cells that a slab crosses, MOST_CELLS"),
+    of("slicing/slice.wgsl", "cell_by_cell", AtMost(13), "cells that a slab crosses, MOST_CELLS"),
     of("slicing/surface.wgsl", "first_in_cells", AtMost(13), "cells that a slab crosses, MOST_CELLS"),
     of("slicing/surface.wgsl", "first_on_cubic", AtMost(3), "parts of a cubic"),
     of("slicing/surface.wgsl", "place_between", AtMost(24), "halvings of a bracket"),

@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 
 use crate::{Bounds, Error};
 
-pub use lattice::Lattice;
+pub use lattice::{Interpolation, Lattice};
 pub use source::{BrickSource, GridStream, Region};
 
 /// Samples at the points of a regular lattice, x fastest.
@@ -120,6 +120,14 @@ impl Samples {
         }
     }
 
+    /// How many samples are not finite, which is to have no value.
+    pub fn missing(&self) -> u64 {
+        match self {
+            Samples::F32(v) => v.iter().filter(|s| !s.is_finite()).count() as u64,
+            _ => 0,
+        }
+    }
+
     /// Sample `index` as a number.
     #[inline]
     pub fn get(&self, index: usize) -> f64 {
@@ -133,7 +141,7 @@ impl Samples {
 }
 
 impl Grid {
-    /// A grid of at least two samples an axis.
+    /// A grid of at least two samples along each axis, with trilinear interpolation.
     ///
     /// `spacing` is in world units and positive; `direction` turns and flips
     /// the axes and must be orthogonal.
@@ -149,6 +157,7 @@ impl Grid {
             origin,
             spacing,
             direction,
+            interpolation: Interpolation::Linear,
         };
         Grid::on(lattice, samples)
     }
@@ -204,12 +213,12 @@ impl Grid {
         self.lattice.point(lattice)
     }
 
-    /// How many voxel cells there are: products of one less than the dims.
+    /// How many voxel cells there are.
     pub fn cell_count(&self) -> usize {
         self.lattice.cells().iter().product()
     }
 
-    /// The box around all samples.
+    /// The box around all cells.
     pub fn bounds(&self) -> Bounds {
         self.lattice.bounds()
     }

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::camera::DEFAULT_VIEW_ANGLE;
 use crate::colormap::Colormap;
+use crate::grid::Interpolation;
 use crate::view::{BLACK, TRANSPARENT};
 use crate::{
     Appearance, Camera, CameraFit, ClipPlane, DepthCue, DirectionalLight, Error, Isosurface, Knot,
@@ -90,6 +91,10 @@ pub struct VolumeSource {
     /// Which field to draw.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field: Option<String>,
+    /// The scalar between a grid's samples; linear for samples at points, nearest for those
+    /// of cells unless given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interpolation: Option<Interpolation>,
     /// Samples along each axis of a raw file, x fastest. The keys below are for raw
     /// files too.
     #[serde(default, skip_serializing_if = "Option::is_none")]

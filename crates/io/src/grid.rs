@@ -3,8 +3,12 @@
 //! Each reader turns a header into a description: where the samples lie in space, and
 //! where and how they stand in files. What follows is the same for all: lengths are
 //! checked, then samples are read a few at a time, in the type in which they were stored.
+//! What is in a file besides space, frames and components, is a field for each entry.
+//! Where files say how they lie in a body, positions are in LPS; see `space`.
 //! VTK's grids (`.vti`, legacy `STRUCTURED_POINTS`) come from the VTK readers.
 
+pub(crate) mod axes;
+pub(crate) mod ghosts;
 mod header;
 pub(crate) mod meta_image;
 pub(crate) mod nifti;
@@ -12,6 +16,7 @@ pub(crate) mod nrrd;
 pub(crate) mod number;
 mod payload;
 pub(crate) mod raw;
+mod space;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,6 +29,7 @@ pub use raw::{ByteOrder, RawFile, RawLayout};
 
 use crate::fields::{Choice, choose, is_wide};
 use crate::source::Source;
+use number::{Number, Numbers, missing_note};
 use payload::{Encoding, Payload};
 
 /// A regular grid with every scalar field that its file offers.
@@ -31,6 +37,9 @@ use payload::{Encoding, Payload};
 pub struct GridData {
     /// The fields, at least one; the one to draw first.
     pub fields: Vec<GridField>,
+    /// The world in which the file says that the grid lies: LPS, where x grows to a patient's
+    /// left, y to the back and z to the head; `None` if the file does not say.
+    pub space: Option<&'static str>,
     /// What was found out, converted or left out, one sentence each.
     pub notes: Vec<String>,
     /// The files that were read.
@@ -42,12 +51,15 @@ pub struct GridData {
 pub struct GridField {
     /// What the file calls it.
     pub name: String,
-    /// What the file has it for. Cell data are samples at the cells' centers.
+    /// What the file has it for. Cell data are samples at the cells' centers that fill
+    /// their cells.
     pub association: Association,
     /// Where the samples lie, world space.
     pub lattice: Lattice,
     /// Its samples.
     pub samples: FieldSamples,
+    /// A number of the file is its sample and this.
+    pub offset: f64,
 }
 
 /// Where a field's samples are.
@@ -66,6 +78,14 @@ impl FieldSamples {
         match self {
             FieldSamples::Loaded(samples) => samples.range(),
             FieldSamples::Streamed(stream) => stream.scalar_range(),
+        }
+    }
+
+    /// How many samples are not finite, which is to have no value.
+    pub fn missing(&self) -> u64 {
+        match self {
+            FieldSamples::Loaded(samples) => samples.missing(),
+            FieldSamples::Streamed(stream) => stream.missing(),
         }
     }
 }
@@ -93,9 +113,12 @@ impl GridData {
         let (chosen, _) = self.choose(name)?;
         let field = self.fields.into_iter().nth(chosen);
         let field = field.ok_or_else(|| Error::invalid("a grid without a field"))?;
+        let lattice = field.lattice;
         let volume = match field.samples {
-            FieldSamples::Loaded(samples) => Volume::Grid(Grid::on(field.lattice, samples)?),
-            FieldSamples::Streamed(stream) => Volume::Stream(stream),
+            FieldSamples::Loaded(samples) => Volume::Grid(Grid::on(lattice, samples)?),
+            FieldSamples::Streamed(stream) => {
+                Volume::Stream(stream.interpolated(lattice.interpolation)?)
+            }
         };
         Ok((volume, field.name))
     }
@@ -109,16 +132,20 @@ impl GridData {
     ) -> Result<Option<GridData>, Error> {
         let mut fields = Vec::new();
         for (name, file) in files {
-            fields.push(GridField {
+            let lattice = file.lattice();
+            let stream = GridStream::new(Arc::new(file))?;
+            notes.extend(missing_note(&name, stream.missing()));
+            let field = Field {
                 name,
-                association: Association::Point,
-                lattice: file.lattice(),
-                samples: FieldSamples::Streamed(GridStream::new(Arc::new(file))?),
-            });
+                samples: FieldSamples::Streamed(stream),
+                offset: 0.0,
+            };
+            fields.push(field.on(lattice, Association::Point));
         }
         notes.push("samples are read from the file when they are needed".into());
         Ok((!fields.is_empty()).then(|| GridData {
             fields,
+            space: None,
             notes,
             files: vec![head.path.clone()],
         }))
@@ -141,30 +168,72 @@ impl GridData {
 #[derive(Clone, Debug)]
 pub(crate) struct Description {
     pub(crate) lattice: Lattice,
+    /// Whether the file says how the grid lies in the world.
+    pub(crate) is_placed: bool,
     pub(crate) payload: Payload,
-    /// Numbers a sample.
-    pub(crate) components: usize,
-    /// Whether a sample's numbers stand together; else all first numbers come first.
-    pub(crate) interleaved: bool,
+    /// The axes that are not space, in the order of the file.
+    pub(crate) extras: Vec<Extra>,
     /// A stored number x is the scalar x · slope + shift.
     pub(crate) scale: Option<(f64, f64)>,
     pub(crate) name: String,
     pub(crate) notes: Vec<String>,
 }
 
-/// More would be a table, not a field.
-pub(crate) const MOST_COMPONENTS: usize = 64;
+/// An axis that is not space: each of its entries is a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Extra {
+    /// How many axes of space come before it and so vary faster: 0 to 3.
+    pub(crate) before: usize,
+    pub(crate) size: usize,
+    pub(crate) entries: Entries,
+}
+
+/// What the entries of an axis that is not space are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Entries {
+    /// Frames and the like.
+    Numbered,
+    /// Parts of vectors and tensors.
+    Components,
+    /// Red, green, blue and perhaps alpha.
+    Colors,
+}
+
+impl Entries {
+    /// What `components` numbers of a file are that does not say: colors if they are three
+    /// or four bytes, as VTK and ITK have it.
+    pub(crate) fn of_bytes(number: Number, components: usize) -> Entries {
+        match (number, components) {
+            (Number::U8, 3 | 4) => Entries::Colors,
+            _ => Entries::Components,
+        }
+    }
+}
+
+/// The most axes of a file, as NRRD has it.
+pub(crate) const MOST_AXES: usize = 16;
+
+/// The most fields that the axes that are not space may make.
+const MOST_FIELDS: usize = 1 << 16;
 
 /// The most files that one header may name.
 pub(crate) const MOST_FILES: usize = 1 << 16;
 
+/// Notes on fields beyond this are counted.
+const MOST_NOTES: usize = 12;
+
 /// An [`Error::Format`] for a lattice that a file's header makes.
 pub(crate) fn no_volume(path: &Path, error: Error) -> Error {
+    let help = error.help();
+    let what = match error {
+        Error::Invalid { what, .. } => what,
+        other => other.to_string(),
+    };
     Error::Format {
         path: path.to_owned(),
         at: "the header".into(),
-        what: error.to_string(),
-        help: error.help(),
+        what,
+        help,
     }
 }
 
@@ -174,9 +243,9 @@ impl Description {
     pub(crate) fn read(self, path: &Path, stream_above: u64) -> Result<GridData, Error> {
         let Description {
             lattice,
+            is_placed,
             payload,
-            components,
-            interleaved,
+            extras,
             scale,
             name,
             mut notes,
@@ -187,57 +256,66 @@ impl Description {
             what,
             help: None,
         };
-        if components == 0 || components > MOST_COMPONENTS {
+        let entries = extras
+            .iter()
+            .try_fold(1, |n: usize, e| n.checked_mul(e.size));
+        let entries = entries.filter(|n| (1..=MOST_FIELDS).contains(n));
+        let Some(entries) = entries else {
+            let sizes: Vec<usize> = extras.iter().map(|extra| extra.size).collect();
             return Err(damaged(format!(
-                "{components} numbers a sample; 1 to {MOST_COMPONENTS} are read"
+                "{sizes:?} numbers for each sample; 1 to {MOST_FIELDS} are read"
             )));
-        }
+        };
         let points = lattice.validate().map_err(|error| no_volume(path, error))?;
         let count = points
-            .checked_mul(components)
+            .checked_mul(entries)
             .filter(|n| n.checked_mul(8).is_some())
-            .ok_or_else(|| damaged(format!("{points} samples of {components} numbers")))?;
+            .ok_or_else(|| damaged(format!("{points} samples of {entries} numbers")))?;
         let mut files = vec![path.to_owned()];
         files.extend(payload.files.iter().filter(|f| *f != path).cloned());
         let bytes = count as u64 * payload.number.sample_size() as u64;
-        let stream = if bytes > stream_above && components == 1 && scale.is_none() {
-            payload.stream(lattice, count)?
+        // What comes behind space is in a part of the file of its own.
+        let last = extras.iter().position(|extra| extra.before == 3);
+        let (within, behind) = extras.split_at(last.unwrap_or(extras.len()));
+        let parts: usize = behind.iter().map(|extra| extra.size).product();
+        let streams = if bytes > stream_above && within.is_empty() && scale.is_none() {
+            payload.streams(lattice, points, parts)?
         } else {
             None
         };
-        let fields = match stream {
-            Some(stream) => {
+        let fields = match streams {
+            Some(streams) => {
                 notes.push(format!(
                     "{bytes} bytes of samples are read from the file when they are needed"
                 ));
-                vec![(name, FieldSamples::Streamed(stream))]
+                let mut fields = Vec::new();
+                for (i, stream) in streams.into_iter().enumerate() {
+                    let name = entry_name(&name, i, &extras, false);
+                    notes.extend(missing_note(&name, stream.missing()));
+                    fields.push(Field {
+                        name,
+                        samples: FieldSamples::Streamed(stream),
+                        offset: 0.0,
+                    });
+                }
+                fields
             }
             None => {
-                let converted = payload.read(count)?;
-                if converted.rounded {
-                    notes.push(format!("samples of '{name}' are rounded to 32-bit floats"));
-                }
-                let mut samples = converted.samples;
+                let runs = payload.read(count / parts, parts)?;
+                let mut numbers = separate(runs, lattice.dims, within);
                 if let Some((slope, shift)) = scale {
                     notes.push(format!(
                         "stored samples are scaled by {slope} and moved by {shift}"
                     ));
-                    samples = scaled(&samples, slope, shift);
+                    numbers = numbers.iter().map(|n| n.scaled(slope, shift)).collect();
                 }
-                let fields = split(&name, samples, components, interleaved).into_iter();
-                fields
-                    .map(|(name, samples)| (name, FieldSamples::Loaded(samples)))
-                    .collect()
+                fields(&name, numbers, &extras, &mut notes)
             }
         };
-        let fields = fields.into_iter().map(|(name, samples)| GridField {
-            name,
-            association: Association::Point,
-            lattice,
-            samples,
-        });
+        let fields = fields.into_iter();
         Ok(GridData {
-            fields: fields.collect(),
+            fields: fields.map(|f| f.on(lattice, Association::Point)).collect(),
+            space: is_placed.then_some(space::WORLD),
             notes,
             files,
         })
@@ -245,86 +323,201 @@ impl Description {
 }
 
 impl Payload {
-    /// The samples where they stand, if they can be read there.
-    fn stream(&self, lattice: Lattice, count: usize) -> Result<Option<GridStream>, Error> {
+    /// `parts` runs of samples on `lattice` where they stand, if they can be read there.
+    fn streams(
+        &self,
+        lattice: Lattice,
+        points: usize,
+        parts: usize,
+    ) -> Result<Option<Vec<GridStream>>, Error> {
         let (Some(sample_type), Encoding::Raw, [path]) =
             (self.number.sample_type(), self.encoding, &self.files[..])
         else {
             return Ok(None);
         };
-        let (_, offset) = self.begin(path, count)?;
+        let (_, offset) = self.begin(path, points * parts)?;
         let order = ByteOrder::from(self.endian);
-        let file = RawFile::open(path, offset + self.skip, lattice, sample_type, order)?;
-        Ok(Some(GridStream::new(Arc::new(file))?))
+        // One file for all parts, as only so many can be open.
+        let first = RawFile::open(path, offset, lattice, sample_type, order)?;
+        let part_bytes = (points * sample_type.bytes()) as u64;
+        let stream = |part: usize| {
+            let file = first.later(part as u64 * part_bytes);
+            GridStream::new(Arc::new(file))
+        };
+        (0..parts).map(stream).collect::<Result<_, _>>().map(Some)
     }
 }
 
-fn scaled(samples: &Samples, slope: f64, shift: f64) -> Samples {
-    let scaled = (0..samples.len()).map(|i| (samples.get(i) * slope + shift) as f32);
-    Samples::F32(scaled.collect())
+/// A field that has no place yet.
+pub(crate) struct Field {
+    pub(crate) name: String,
+    pub(crate) samples: FieldSamples,
+    pub(crate) offset: f64,
 }
 
-/// Appends samples of the same type; of another, as floats.
-pub(crate) fn append(all: &mut Samples, more: Samples) {
-    match (all, more) {
-        (Samples::U8(a), Samples::U8(b)) => a.extend(b),
-        (Samples::U16(a), Samples::U16(b)) => a.extend(b),
-        (Samples::I16(a), Samples::I16(b)) => a.extend(b),
-        (Samples::F32(a), Samples::F32(b)) => a.extend(b),
-        (all, more) => {
-            let values = (0..all.len()).map(|i| all.get(i));
-            let values = values.chain((0..more.len()).map(|i| more.get(i)));
-            *all = Samples::F32(values.map(|v| v as f32).collect());
+impl Field {
+    pub(crate) fn on(self, lattice: Lattice, association: Association) -> GridField {
+        GridField {
+            name: self.name,
+            association,
+            lattice,
+            samples: self.samples,
+            offset: self.offset,
         }
     }
 }
 
-/// One field a component, and the magnitude of two and three.
+/// Takes apart `runs` of numbers, in each of which the axes `within` stand before or between
+/// those of space: the numbers of one entry of all axes each, that of the first axis fastest.
+fn separate(runs: Vec<Numbers>, dims: [usize; 3], within: &[Extra]) -> Vec<Numbers> {
+    if within.is_empty() {
+        return runs;
+    }
+    // How far apart neighbors along each axis stand.
+    let (mut extra_steps, mut space_steps, mut step) = (Vec::new(), [0; 3], 1);
+    for axis in 0..=3 {
+        for extra in within.iter().filter(|extra| extra.before == axis) {
+            extra_steps.push(step);
+            step *= extra.size;
+        }
+        if axis < 3 {
+            space_steps[axis] = step;
+            step *= dims[axis];
+        }
+    }
+    let entries: usize = within.iter().map(|extra| extra.size).product();
+    let mut separated = Vec::new();
+    for run in runs {
+        for entry in 0..entries {
+            let mut rest = entry;
+            let mut first = 0;
+            for (extra, step) in within.iter().zip(&extra_steps) {
+                first += rest % extra.size * step;
+                rest /= extra.size;
+            }
+            let [nx, ny, nz] = dims;
+            let [x, y, z] = space_steps;
+            let row = |k, j| (0..nx).map(move |i| first + i * x + j * y + k * z);
+            let layer = |k| (0..ny).flat_map(move |j| row(k, j));
+            separated.push(run.pick((0..nz).flat_map(layer)));
+        }
+    }
+    separated
+}
+
+/// The fields that the `numbers` of each entry of `extras` become, that of the first axis
+/// fastest, with the magnitudes of vectors before their components.
+pub(crate) fn fields(
+    name: &str,
+    numbers: Vec<Numbers>,
+    extras: &[Extra],
+    notes: &mut Vec<String>,
+) -> Vec<Field> {
+    if extras.iter().any(|extra| extra.entries == Entries::Colors) {
+        notes.push(format!(
+            "'{name}' holds colors: each channel (0 is red, 1 green, 2 blue, 3 alpha) is a \
+             field, and one of them is drawn"
+        ));
+    }
+    let mut magnitudes = magnitudes(&numbers, extras).into_iter().peekable();
+    let mut found = Vec::new();
+    let mut said = Vec::new();
+    for (entry, numbers) in numbers.into_iter().enumerate() {
+        let field_name = entry_name(name, entry, extras, false);
+        if let Some((_, samples)) = magnitudes.next_if(|(first, _)| *first == entry) {
+            let vector = entry_name(name, entry, extras, true);
+            found.push(Field {
+                name: format!("{vector}-magnitude"),
+                samples: FieldSamples::Loaded(samples),
+                offset: 0.0,
+            });
+        }
+        let converted = numbers.convert();
+        said.extend(converted.notes(&field_name));
+        found.push(Field {
+            name: field_name,
+            samples: FieldSamples::Loaded(converted.samples),
+            offset: converted.offset,
+        });
+    }
+    if said.len() > MOST_NOTES {
+        let more = said.len() - MOST_NOTES;
+        said.truncate(MOST_NOTES);
+        said.push(format!(
+            "{more} more notes like these on fields of '{name}'"
+        ));
+    }
+    notes.extend(said);
+    found
+}
+
+/// The magnitude of each vector of two or three components, with its first one's entry.
+fn magnitudes(numbers: &[Numbers], extras: &[Extra]) -> Vec<(usize, Samples)> {
+    let vectors = |extra: &Extra| extra.entries == Entries::Components;
+    let Some(axis) = extras.iter().position(vectors) else {
+        return Vec::new();
+    };
+    let size = extras[axis].size;
+    if !(2..=3).contains(&size) || extras.iter().filter(|e| vectors(e)).count() > 1 {
+        return Vec::new();
+    }
+    let step: usize = extras[..axis].iter().map(|extra| extra.size).product();
+    let is_first = |entry: &usize| (entry / step).is_multiple_of(size);
+    let of = |first: usize| {
+        let parts: Vec<&Numbers> = (0..size).map(|i| &numbers[first + i * step]).collect();
+        let magnitude = |point: usize| {
+            let squares = parts.iter().map(|part| part.get(point).powi(2));
+            let length = squares.sum::<f64>().sqrt() as f32;
+            if length.is_finite() { length } else { f32::NAN }
+        };
+        Samples::F32((0..parts[0].len()).map(magnitude).collect())
+    };
+    (0..numbers.len())
+        .filter(is_first)
+        .map(|first| (first, of(first)))
+        .collect()
+}
+
+/// What the field of an entry of `extras` is called: `name-3`, or `name-3-1` for the second
+/// component of the fourth frame, whichever way these stand in the file; `whole` leaves
+/// components out.
+fn entry_name(name: &str, entry: usize, extras: &[Extra], whole: bool) -> String {
+    let (mut frames, mut components) = (String::new(), String::new());
+    let mut rest = entry;
+    for extra in extras {
+        let index = rest % extra.size;
+        rest /= extra.size;
+        // One entry needs no name.
+        if extra.size == 1 {
+            continue;
+        }
+        match extra.entries {
+            Entries::Numbered => frames += &format!("-{index}"),
+            Entries::Components | Entries::Colors => components += &format!("-{index}"),
+        }
+    }
+    if whole {
+        components.clear();
+    }
+    format!("{name}{frames}{components}")
+}
+
+/// The fields of an array whose samples are `components` numbers that stand together.
 pub(crate) fn split(
     name: &str,
-    samples: Samples,
+    numbers: Numbers,
     components: usize,
-    interleaved: bool,
-) -> Vec<(String, Samples)> {
-    if components == 1 {
-        return vec![(name.into(), samples)];
-    }
-    let points = samples.len() / components;
-    let (start, step) = if interleaved {
-        (1, components)
-    } else {
-        (points, 1)
-    };
-    let mut fields = Vec::new();
-    if components <= 3 {
-        let magnitude = |point: usize| {
-            let at = |c: usize| samples.get(start * c + step * point);
-            (0..components).map(|c| at(c) * at(c)).sum::<f64>().sqrt() as f32
-        };
-        let magnitude = Samples::F32((0..points).map(magnitude).collect());
-        fields.push((format!("{name}-magnitude"), magnitude));
-    }
-    for component in 0..components {
-        fn every<T: Copy>(all: &[T], first: usize, step: usize, count: usize) -> Vec<T> {
-            all[first..]
-                .iter()
-                .step_by(step)
-                .take(count)
-                .copied()
-                .collect()
-        }
-        let first = start * component;
-        let samples = match &samples {
-            Samples::U8(v) => Samples::U8(every(v, first, step, points)),
-            Samples::U16(v) => Samples::U16(every(v, first, step, points)),
-            Samples::I16(v) => Samples::I16(every(v, first, step, points)),
-            Samples::F32(v) => Samples::F32(every(v, first, step, points)),
-            other => other.clone(),
-        };
-        let suffix = crate::fields::component_name(component, &[]);
-        fields.push((format!("{name}-{suffix}"), samples));
-    }
-    fields
+    entries: Entries,
+    notes: &mut Vec<String>,
+) -> Vec<Field> {
+    let extra = [Extra {
+        before: 0,
+        size: components,
+        entries,
+    }];
+    let dims = [numbers.len() / components, 1, 1];
+    let numbers = separate(vec![numbers], dims, &extra);
+    fields(name, numbers, &extra, notes)
 }
 
 #[cfg(test)]

@@ -9,15 +9,17 @@
 //! |---|---|
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
 //! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; see [`vtu`] |
-//! | `.vti` | VTK XML images, as `.vtu`; `Direction`, pieces, hidden points; see [`vtu`] |
+//! | `.vti` | VTK XML images, as `.vtu`; cell data, `Direction`, pieces, hidden points and cells; see [`vtu`] |
 //! | `.vtk` | legacy VTK unstructured and structured grids, structured points; see [`vtk`] |
-//! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or two; see [`grid`] |
-//! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; see [`grid`] |
-//! | `.nii`, `.nii.gz` | NIfTI-1; see [`grid`] |
+//! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or in slices; frames; see [`grid`] |
+//! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; `kinds`, `space`; see [`grid`] |
+//! | `.nii`, `.nii.gz` | NIfTI-1 with all of its volumes; see [`grid`] |
 //! | any | raw samples, described by [`ReadOptions::raw`] |
 //!
 //! Samples of grids stay 8- and 16-bit integers or 32-bit floats, as they are stored;
-//! other types become 32-bit floats, with a note if that rounds.
+//! other types become 32-bit floats, with a note if that rounds, less an offset where they
+//! would lose what varies. A sample that is not finite, or is beyond 32-bit floats, or is a
+//! mark of no value, is NaN; notes count them.
 //!
 //! # Fields of meshes
 //! They have the file's names, also for components: `Velocity-magnitude`, `stress-XY`; a

@@ -351,7 +351,10 @@ pub(crate) fn add_hexahedra(
     base: u64,
 ) -> Result<(), Error> {
     let [ni, nj, nk] = dimensions;
-    let number: usize = dimensions.map(|n| (n as usize).saturating_sub(1)).iter().product();
+    let number: usize = dimensions
+        .map(|n| (n as usize).saturating_sub(1))
+        .iter()
+        .product();
     reserve(&mut cells.connectivity, 8 * number)?;
     reserve(&mut cells.offsets, number)?;
     reserve(&mut cells.types, number)?;

@@ -239,7 +239,8 @@ impl Format {
         }
         // A header of 348 bytes, whose size comes first in either order.
         let nifti = [[92, 1, 0, 0], [0, 0, 1, 92]];
-        let compressed = head.starts_with(b"\x1f\x8b") && name.ends_with(".nii.gz");
+        let packed = head.starts_with(b"\x1f\x8b");
+        let compressed = packed && (name.ends_with(".nii.gz") || extension == "nii");
         if compressed || extension == "nii" || nifti.iter().any(|size| head.starts_with(size)) {
             return Ok(Format::Nifti { compressed });
         }

@@ -13,7 +13,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use glam::DVec3;
-use tetrascope_core::grid::{Lattice, Samples};
+use tetrascope_core::grid::{Interpolation, Lattice};
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Cells, Error, glam};
 
@@ -21,8 +21,9 @@ pub(crate) use self::scanner::parse_float;
 use self::scanner::{Kind, Scanner, clip};
 use crate::MeshData;
 use crate::fields::{Array, MOST_COMPONENTS, Numbers, take_ghosts};
-use crate::grid::number::Number;
-use crate::grid::{FieldSamples, GridData, GridField, RawFile, split};
+use crate::grid::ghosts::Ghosts;
+use crate::grid::number::{self, Number};
+use crate::grid::{Entries, GridData, RawFile, split};
 use crate::mesh_data::add_hexahedra;
 use crate::read::{FileData, check};
 use crate::source::{Endian, Source, count, read_at};
@@ -47,9 +48,18 @@ struct Reader<'a> {
 struct Image {
     origin: [f64; 3],
     spacing: [f64; 3],
-    /// Not those of SCALARS, name, samples, components.
-    fields: Vec<(bool, String, Samples, usize)>,
-    notes: Vec<String>,
+    fields: Vec<ImageArray>,
+}
+
+/// An array of structured points.
+struct ImageArray {
+    name: String,
+    association: Association,
+    components: usize,
+    entries: Entries,
+    numbers: number::Numbers,
+    /// The file marks it as the one to draw.
+    active: bool,
 }
 
 /// Reads a legacy `.vtk` file.
@@ -81,7 +91,7 @@ pub(crate) fn stream(head: &Source, above: u64) -> Result<Option<GridData>, Erro
     else {
         return Ok(None);
     };
-    let Ok((lattice, needed)) = reader.lattice(image) else {
+    let Ok((lattice, needed)) = reader.lattice(image, Association::Point) else {
         return Ok(None);
     };
     let end = points
@@ -320,6 +330,9 @@ impl<'a> Reader<'a> {
             "COLOR_SCALARS" => {
                 let name = self.scanner.name()?;
                 let components = self.scanner.count("a number of components")?;
+                if self.image.is_some() && !self.scanner.binary {
+                    return self.color_words(name, components);
+                }
                 self.array(name, components, Kind::U8, Meaning::Colors)
             }
             "LOOKUP_TABLE" => {
@@ -349,7 +362,6 @@ impl<'a> Reader<'a> {
                     origin: [0.0; 3],
                     spacing: [1.0; 3],
                     fields: Vec::new(),
-                    notes: Vec::new(),
                 });
                 Ok(())
             }
@@ -363,52 +375,96 @@ impl<'a> Reader<'a> {
 
     /// The grid of structured points.
     fn grid(&self, image: Image) -> Result<GridData, Error> {
-        let (lattice, points) = self.lattice(&image)?;
-        let [i, j, k] = lattice.dims;
-        let mut fields = image.fields;
-        fields.sort_by_key(|(later, ..)| *later); // stable
-        let mut found = Vec::new();
-        for (_, name, samples, components) in fields {
-            if (samples.len() / components) as u64 != points {
+        let lattices = [Association::Point, Association::Cell]
+            .map(|association| (association, self.lattice(&image, association)));
+        let mut arrays = image.fields;
+        if arrays.is_empty() {
+            return Err(self
+                .scanner
+                .truncated("the file has no POINT_DATA and no CELL_DATA"));
+        }
+        arrays.sort_by_key(|array| (array.association == Association::Cell, !array.active));
+        let mut data = GridData {
+            fields: Vec::new(),
+            space: None,
+            notes: Vec::new(),
+            files: Vec::new(),
+        };
+        let mut ghosts = Ghosts::default();
+        let [mut points, mut cells] = lattices.map(|(_, lattice)| Some(lattice));
+        for array in arrays {
+            let ImageArray {
+                name,
+                association,
+                components,
+                entries,
+                numbers,
+                ..
+            } = array;
+            let place = match association {
+                Association::Point => &mut points,
+                Association::Cell => &mut cells,
+            };
+            let (lattice, needed) = match place {
+                Some(Ok(found)) => *found,
+                other => {
+                    return Err(other.take().and_then(Result::err).unwrap_or_else(|| {
+                        self.scanner.error("arrays of a grid without a place")
+                    }));
+                }
+            };
+            if (numbers.len() / components) as u64 != needed {
+                let [i, j, k] = lattice.dims;
                 return Err(self.scanner.error(format!(
                     "array '{name}' has {} where {i}×{j}×{k} are needed",
-                    count((samples.len() / components) as u64, "sample")
+                    count((numbers.len() / components) as u64, "sample")
                 )));
             }
-            for (name, samples) in split(&name, samples, components, true) {
-                found.push(GridField {
-                    name,
-                    association: Association::Point,
-                    lattice,
-                    samples: FieldSamples::Loaded(samples),
-                });
+            match (name.as_str(), components, association) {
+                ("vtkGhostType", 1, Association::Point) => ghosts.points = Some(numbers),
+                ("vtkGhostType", 1, Association::Cell) => ghosts.cells = Some(numbers),
+                _ => {
+                    let fields = split(&name, numbers, components, entries, &mut data.notes);
+                    let fields = fields
+                        .into_iter()
+                        .map(|field| field.on(lattice, association));
+                    data.fields.extend(fields);
+                }
             }
         }
-        if found.is_empty() {
-            return Err(self.scanner.truncated("the file has no POINT_DATA"));
+        ghosts.hide(&mut data);
+        if data.fields.is_empty() {
+            return Err(self.scanner.error("the grid has no field of numbers"));
         }
-        Ok(GridData {
-            fields: found,
-            notes: image.notes,
-            files: Vec::new(),
-        })
+        Ok(data)
     }
 
-    /// Where the samples of structured points lie, and how many they are.
-    fn lattice(&self, image: &Image) -> Result<(Lattice, u64), Error> {
-        let dims = self
+    /// Where the samples of structured points, or of the cells between them, lie, and how many
+    /// they are.
+    fn lattice(&self, image: &Image, association: Association) -> Result<(Lattice, u64), Error> {
+        let points = self
             .dimensions
             .ok_or_else(|| self.scanner.truncated("the file has no DIMENSIONS"))?;
-        let [i, j, k] = dims;
-        let points = dims.iter().try_fold(1_u64, |n, &d| n.checked_mul(d));
-        if points.is_none_or(|n| usize::try_from(n).is_err()) {
-            return Err(self.scanner.error(format!("{i}×{j}×{k} points")));
-        }
         let [x, y, z] = image.spacing;
         let axes = [DVec3::X * x, DVec3::Y * y, DVec3::Z * z];
-        let lattice = Lattice::from_axes(dims.map(|d| d as usize), image.origin.into(), axes);
+        let origin = DVec3::from(image.origin);
+        let (dims, origin, interpolation) = match association {
+            Association::Point => (points, origin, Interpolation::Linear),
+            Association::Cell => (
+                points.map(|n| n.saturating_sub(1)),
+                origin + 0.5 * DVec3::new(x, y, z),
+                Interpolation::Nearest,
+            ),
+        };
+        let [i, j, k] = dims;
+        let count = dims.iter().try_fold(1_u64, |n, &d| n.checked_mul(d));
+        let count = count.filter(|n| usize::try_from(*n).is_ok());
+        let wrong = || self.scanner.error(format!("{i}×{j}×{k} samples"));
+        let count = count.ok_or_else(wrong)?;
+        let dims = dims.map(|d| d as usize);
+        let lattice = Lattice::from_axes(dims, origin, axes, interpolation);
         let lattice = lattice.map_err(|error| self.scanner.error(error.to_string()))?;
-        Ok((lattice, points.unwrap_or(0)))
+        Ok((lattice, count))
     }
 
     fn points(&mut self) -> Result<(), Error> {
@@ -580,6 +636,24 @@ impl<'a> Reader<'a> {
         self.last = (0, false);
     }
 
+    /// COLOR_SCALARS of structured points in words: fractions of 1 for bytes, which is how VTK
+    /// writes the scalars to draw if they are bytes.
+    fn color_words(&mut self, name: String, components: u64) -> Result<(), Error> {
+        let at = self.image.as_ref().map_or(0, |image| image.fields.len());
+        self.array(name, components, Kind::F32, Meaning::Active)?;
+        if let Some(array) = self
+            .image
+            .as_mut()
+            .and_then(|image| image.fields.get_mut(at))
+        {
+            let numbers = &array.numbers;
+            let bytes = (0..numbers.len()).map(|i| (numbers.get(i) * 255.0).round() as u8);
+            array.numbers = number::Numbers::U8(bytes.collect());
+            array.entries = Entries::of_bytes(Number::U8, array.components);
+        }
+        Ok(())
+    }
+
     fn array(
         &mut self,
         name: String,
@@ -600,22 +674,18 @@ impl<'a> Reader<'a> {
         let components = components as usize;
         self.last = (components, self.image.is_none());
         if let Some(image) = &mut self.image {
-            let converted = self
+            let numbers = self
                 .scanner
-                .samples(kind, n.saturating_mul(components as u64))?;
-            if association == Association::Cell {
-                image.notes.push(format!("cell data '{name}' left out"));
-                return Ok(());
-            }
-            if converted.rounded {
-                image
-                    .notes
-                    .push(format!("samples of '{name}' are rounded to 32-bit floats"));
-            }
-            let later = meaning != Meaning::Active;
-            image
-                .fields
-                .push((later, name, converted.samples, components));
+                .numbers_of(kind, n.saturating_mul(components as u64))?;
+            let number = kind.number().unwrap_or(Number::U8);
+            image.fields.push(ImageArray {
+                name,
+                association,
+                components,
+                entries: Entries::of_bytes(number, components),
+                numbers,
+                active: meaning != Meaning::Numbers,
+            });
             return Ok(());
         }
         let at = self.scanner.at;

@@ -1,4 +1,5 @@
-//! Regular grids: trilinear interpolation, integrated voxel cell by voxel cell.
+//! Regular grids: trilinear interpolation, integrated voxel cell by voxel cell; or samples
+//! that fill cells.
 //!
 //! On a ray the scalar is a cubic in each cell, which `cubic` keeps in Bernstein form and
 //! splits at its extremes and where it crosses the transfer function's knots. On each part
@@ -7,7 +8,9 @@
 //! errors under 3e-14; `cue` has the same for light that fades with depth. `walk` finds the
 //! cells, `integral` adds them up, and `surface` finds isosurfaces in them.
 //!
-//! A cell with a NaN or an infinity at a corner is transparent.
+//! A cell with a NaN or an infinity at a corner is transparent. Where each sample fills a
+//! cell of its own, all corners of a cell are that sample, and an isosurface is nowhere, as
+//! in a mesh whose cells have scalars of their own.
 //!
 //! # Error
 //! With u = 2⁻⁵³, a point of the ray is off by at most 64 u of its distance from the eye,
@@ -17,7 +20,10 @@
 //! again in reserve. The scalar moves by at most the samples' range in the cell times the
 //! shift along each axis, in voxels. Twice that is taken, as the point may be in a
 //! neighbor instead. See [`integral::GridIntegral::blur`] for what follows.
-//! A ray in the volume's very surface may meet it or not, as rounding decides.
+//! Where scalars jump from cell to cell, the time of the jump is off as that is at which the
+//! volume begins.
+//! A ray in the very surface of the volume, or of a cell with a scalar of its own, may meet it
+//! or not, as rounding decides.
 
 mod cubic;
 mod cue;
@@ -31,6 +37,7 @@ use std::ops::Range;
 
 use tetrascope_core::appearance::{CueRamp, clip_ray};
 use tetrascope_core::glam::{DMat3, DVec3};
+use tetrascope_core::grid::Interpolation;
 use tetrascope_core::optics::over;
 use tetrascope_core::{Appearance, DepthCue, Error, Grid, OpticalModel, Ray, View};
 
@@ -75,7 +82,7 @@ impl GridBody {
     pub(crate) fn new(grid: &Grid) -> GridBody {
         GridBody {
             turn: grid.direction().inverse(),
-            cells: grid.dims().map(|d| d - 1),
+            cells: grid.lattice().cells(),
             grid: grid.clone(),
         }
     }
@@ -116,17 +123,23 @@ impl GridBody {
         Ok(())
     }
 
-    /// At least the distance from `eye` to the farthest sample, and to the grid's origin.
+    /// Whether each sample fills a cell of its own.
+    fn has_cell_samples(&self) -> bool {
+        self.grid.lattice().interpolation == Interpolation::Nearest
+    }
+
+    /// At least the distance from `eye` to the farthest cell, and to the grid's origin.
     fn distance(&self, eye: DVec3) -> f64 {
         let bounds = self.grid.bounds();
         (self.grid.origin() - eye).length() + bounds.diagonal()
     }
 
-    /// The ray in lattice space.
+    /// The ray in the space of cells: lattice space, moved to where the first cell begins.
     fn line(&self, ray: &Ray) -> Line {
         let spacing = self.grid.spacing();
+        let origin = self.turn * (ray.origin - self.grid.origin()) / spacing;
         Line {
-            origin: self.turn * (ray.origin - self.grid.origin()) / spacing,
+            origin: origin - self.grid.lattice().first(),
             slope: self.turn * ray.direction / spacing,
         }
     }
@@ -139,6 +152,9 @@ impl GridBody {
         let [nx, ny, _] = self.grid.dims();
         let samples = self.grid.samples();
         let first = x + nx * (y + ny * z);
+        if self.has_cell_samples() {
+            return [samples.get(first); 8];
+        }
         let row = |at: usize| [samples.get(at), samples.get(at + 1)];
         let [a, b] = row(first);
         let [c, d] = row(first + nx);
@@ -208,6 +224,8 @@ impl GridScene<'_> {
         let mut integral = GridIntegral::new(&self.look);
         integral.blur_cue(off);
         let mut inside = false;
+        // The scalar of the cell before, where cells have their own.
+        let mut before = None;
         // The same for the ends that clip planes make, and 0 for the eye.
         let planes = &self.look.clip_planes;
         let kept = clip_ray(planes, ray);
@@ -227,8 +245,16 @@ impl GridScene<'_> {
                 }
                 let Some([low, high]) = range else {
                     search.as_mut().map(Search::gap);
+                    before = None;
                     continue;
                 };
+                if body.has_cell_samples() {
+                    if before.is_some_and(|scalar| scalar != low) {
+                        integral.blur_end(stretch.across.map_or(0.0, late));
+                    }
+                    before = Some(low);
+                    search.as_mut().map(Search::gap);
+                }
                 let scalar = || scalar(&line, &stretch, &corners, [low, high]);
                 visit(&stretch, &scalar);
                 let blur = blur([low, high], shift);

@@ -54,9 +54,12 @@
 //! - A picture has isosurfaces or a volume, as everywhere in this workspace; a surface in a
 //!   volume is a thin tent of the transfer function.
 //! - [`Crossing::Corrected`] and [`Crossing::Linear`] miss what a ray meets twice in a slab.
+//! - Samples that fill cells of their own are drawn cell by cell within each slab, exactly;
+//!   they have no gradient, so shading and isosurfaces do nothing there.
 //! - What is streamed cannot be recorded into a caller's encoder.
 
 pub mod box_plane;
+mod cells;
 mod count;
 mod cull;
 mod frame;

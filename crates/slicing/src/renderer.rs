@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use tetrascope_core::glam::Vec4;
-use tetrascope_core::grid::{BrickSource, Lattice};
+use tetrascope_core::grid::{BrickSource, Interpolation, Lattice};
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, View, Volume, VolumeRenderer,
 };
@@ -21,6 +21,7 @@ use parts::Parts;
 use crate::ABILITIES;
 use crate::NAME;
 use crate::box_plane::POLYGON;
+use crate::cells::CellCorners;
 use crate::count::{self, FragmentCounter};
 use crate::cull::{Cast, CullData, CullPass, Culling};
 use crate::frame::{FrameGeometry, geometry};
@@ -75,6 +76,8 @@ struct Scene {
 struct Samples {
     source: Arc<dyn BrickSource>,
     lattice: Lattice,
+    /// Whether each sample is that of a whole cell.
+    fills_cells: bool,
     normalization: Normalization,
     octree: Octree,
     /// Samples around each box that its range includes.
@@ -526,11 +529,17 @@ fn source_of(volume: &Volume) -> Result<Arc<dyn BrickSource>, Error> {
 
 impl Samples {
     fn new(source: Arc<dyn BrickSource>, reach: usize) -> Result<Samples, Error> {
+        let fills_cells = source.lattice().interpolation == Interpolation::Nearest;
+        let source = match fills_cells {
+            true => Arc::new(CellCorners::new(source)),
+            false => source,
+        };
         let lattice = source.lattice();
         Ok(Samples {
             normalization: Normalization::of(&lattice.bounds()),
             octree: Octree::build(&*source, reach)?,
             lattice,
+            fills_cells,
             source,
             reach,
         })

@@ -83,6 +83,8 @@ pub(crate) struct Look<'a> {
     pub(crate) deepest: f32,
     /// Whether there are samples that are not finite.
     pub(crate) gaps: bool,
+    /// Whether each cell has one scalar, that of its lower corner.
+    pub(crate) nearest: bool,
 }
 
 impl SlicePass {
@@ -170,6 +172,7 @@ impl SlicePass {
             cued,
             ("CUT_ENDS", yes(options.slab_ends == SlabEnds::Clipped)),
             ("GAPS", yes(look.gaps)),
+            ("NEAREST", yes(look.nearest)),
             ("TRILINEAR", yes(options.is_trilinear(model))),
         ];
         let volume = [

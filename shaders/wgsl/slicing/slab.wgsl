@@ -10,6 +10,8 @@ override CUT_ENDS: bool = true;
 // Whether there are samples that are not finite: stored beyond GAP, and transparent.
 override GAPS: bool = false;
 const GAP: f32 = 1e30;
+// Whether a cell has one scalar, the sample at its lower corner.
+override NEAREST: bool = false;
 // The gradient of the interpolant in its cell; or central differences.
 override TRILINEAR: bool = false;
 

@@ -36,6 +36,9 @@ fn fs_slice(in: Varying) -> @location(0) vec4f {
     if front >= back {
         discard;
     }
+    if NEAREST {
+        return gathered(cell_by_cell(slab));
+    }
     var depth = back - front;
     var middle = slab.origin + 0.5 * (front + back) * slab.along;
     var scalars: vec2f;
@@ -69,6 +72,11 @@ fn fs_slice(in: Varying) -> @location(0) vec4f {
     if PHONG {
         sum = lit(sum, middle, slab);
     }
+    return gathered(sum);
+}
+
+// What a fragment with this light and optical depth writes.
+fn gathered(sum: vec4f) -> vec4f {
     switch MODEL {
         case EMISSION_ABSORPTION: {
             return vec4f(sum.xyz, opacity(sum.w));
@@ -78,6 +86,51 @@ fn fs_slice(in: Varying) -> @location(0) vec4f {
         }
         default: {
             return vec4f(sum.xyz, 0.0);
+        }
+    }
+}
+
+// The light and the optical depth of the cells that a slab crosses, front to back: the scalar
+// of each is constant.
+fn cell_by_cell(slab: Slab) -> vec4f {
+    var sum = vec4f(0.0);
+    var at = slab.front;
+    let stretch = select(1.0, stretched(slab), PER_RAY);
+    for (var n = 0u; n < MOST_CELLS; n++) {
+        let next = min(next_plane(slab, at), slab.back);
+        let cell = cell_of(slab.origin + 0.5 * (at + next) * slab.along);
+        let scalar = scalar_of(voxel(cell + slab.texel));
+        let thickness = (next - at) * stretch;
+        if thickness > 0.0 && !(GAPS && scalar >= GAP) {
+            var part: vec4f;
+            if CUED {
+                let cue = vec2f(cue_in(slab, at), cue_in(slab, next));
+                part = integrate_cued(scalar, scalar, thickness, cue);
+            } else {
+                part = integrate(scalar, scalar, thickness);
+            }
+            sum = behind(sum, part);
+        }
+        if next >= slab.back {
+            break;
+        }
+        at = next;
+    }
+    return sum;
+}
+
+// What lies in front, and a part behind it.
+fn behind(front: vec4f, part: vec4f) -> vec4f {
+    switch MODEL {
+        case EMISSION_ABSORPTION: {
+            let light = front.xyz + (1.0 - opacity(front.w)) * part.xyz;
+            return vec4f(light, front.w + part.w);
+        }
+        case MAXIMUM_INTENSITY: {
+            return max(front, part);
+        }
+        default: {
+            return front + part;
         }
     }
 }

@@ -31,7 +31,8 @@ struct Hit {
 @fragment
 fn fs_surface(in: Varying) -> Met {
     let slab = slab_of(in);
-    if slab.front >= slab.back {
+    // Where each cell has its own scalar, no value is met in any.
+    if NEAREST || slab.front >= slab.back {
         discard;
     }
     var hit: Hit;

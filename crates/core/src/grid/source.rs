@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use crate::grid::{Lattice, SampleType, Samples};
+use crate::grid::{Interpolation, Lattice, SampleType, Samples};
 use crate::{Error, Grid};
 
 /// A box of samples: `size` of them from `low` on, along each axis.
@@ -77,13 +77,39 @@ impl BrickSource for Grid {
 pub struct GridStream {
     source: Arc<dyn BrickSource>,
     range: Option<(f64, f64)>,
+    missing: u64,
+}
+
+/// A source whose samples are interpolated in another way.
+#[derive(Debug)]
+struct Interpolated {
+    source: Arc<dyn BrickSource>,
+    interpolation: Interpolation,
+}
+
+impl BrickSource for Interpolated {
+    fn lattice(&self) -> Lattice {
+        Lattice {
+            interpolation: self.interpolation,
+            ..self.source.lattice()
+        }
+    }
+
+    fn sample_type(&self) -> SampleType {
+        self.source.sample_type()
+    }
+
+    fn read(&self, region: Region) -> Result<Samples, Error> {
+        self.source.read(region)
+    }
 }
 
 /// Samples that are read at a time to find their range.
 const SLAB: usize = 1 << 22;
 
 impl GridStream {
-    /// Reads all samples once, slab by slab, for their range.
+    /// Reads all samples once, slab by slab, for their range and to count those without a
+    /// value.
     ///
     /// # Errors
     /// What [`Lattice::validate`] refuses, and what the source fails with.
@@ -95,19 +121,38 @@ impl GridStream {
         let rows = (SLAB / nx).clamp(1, ny);
         let layers = (SLAB / nx / ny).clamp(1, nz);
         let mut range: Option<(f64, f64)> = None;
+        let mut missing = 0;
         for z in (0..nz).step_by(layers) {
             for y in (0..ny).step_by(rows) {
                 let samples = source.read(Region {
                     low: [0, y, z],
                     size: [nx, rows.min(ny - y), layers.min(nz - z)],
                 })?;
+                missing += samples.missing();
                 range = match (range, samples.range()) {
                     (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
                     (a, b) => a.or(b),
                 };
             }
         }
-        Ok(GridStream { source, range })
+        Ok(GridStream {
+            source,
+            range,
+            missing,
+        })
+    }
+
+    /// The same samples, interpolated in this way.
+    ///
+    /// # Errors
+    /// What [`Lattice::validate`] refuses.
+    pub fn interpolated(self, interpolation: Interpolation) -> Result<GridStream, Error> {
+        let source: Arc<dyn BrickSource> = Arc::new(Interpolated {
+            source: self.source,
+            interpolation,
+        });
+        source.lattice().validate()?;
+        Ok(GridStream { source, ..self })
     }
 
     /// Where the samples come from.
@@ -118,6 +163,11 @@ impl GridStream {
     /// The least and greatest finite sample, if there is any.
     pub fn scalar_range(&self) -> Option<(f64, f64)> {
         self.range
+    }
+
+    /// How many samples are not finite, which is to have no value.
+    pub fn missing(&self) -> u64 {
+        self.missing
     }
 }
 
@@ -142,5 +192,9 @@ mod tests {
         assert_eq!(part, Samples::I16(expected.to_vec()));
         let stream = GridStream::new(Arc::new(grid)).expect("read");
         assert_eq!(stream.scalar_range(), Some((-7.0, 52.0)));
+        assert_eq!(stream.missing(), 0);
+        let cells = stream.interpolated(Interpolation::Nearest).expect("valid");
+        assert_eq!(cells.source().lattice().cells(), [3, 4, 5]);
+        assert_eq!(cells.scalar_range(), Some((-7.0, 52.0)));
     }
 }

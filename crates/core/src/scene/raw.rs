@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::grid::Lattice;
+use crate::grid::{Interpolation, Lattice};
 use crate::scene::VolumeSource;
 
 /// A type of numbers in a raw file.
@@ -108,6 +108,7 @@ impl VolumeSource {
             origin: self.origin.unwrap_or(DVec3::ZERO),
             spacing: self.spacing.unwrap_or(DVec3::ONE),
             direction: DMat3::IDENTITY,
+            interpolation: self.interpolation.unwrap_or(Interpolation::Linear),
         };
         lattice.validate()?;
         Ok(Some(RawLayout {

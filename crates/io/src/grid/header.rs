@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use tetrascope_core::Error;
 
+use super::MOST_FILES;
 use crate::source::open_file;
 
 /// No header is longer; a file of another kind is.
@@ -47,6 +48,18 @@ impl Header {
         self.at += (length + 1).min(rest.len());
         self.line += 1;
         Some(text)
+    }
+
+    /// The names of files in all lines that are left.
+    pub(crate) fn files(&mut self) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        while let Some(line) = self.next_line() {
+            let name = line.trim();
+            if !name.is_empty() && files.len() < MOST_FILES {
+                files.push(self.beside(name));
+            }
+        }
+        files
     }
 
     /// How many bytes were read as lines.
@@ -101,6 +114,59 @@ impl Header {
             .try_into()
             .map_err(|_| self.error(format!("'{key}' has {count} numbers where {N} are needed")))
     }
+}
+
+/// A name, or a pattern with its first, last and increment: `quarter.%d 1 93 1`.
+pub(crate) fn data_files(header: &Header, value: &str) -> Result<Vec<PathBuf>, Error> {
+    let words: Vec<&str> = value.split_ascii_whitespace().collect();
+    let numbers =
+        |words: &[&str]| -> Option<Vec<i64>> { words.iter().map(|w| w.parse().ok()).collect() };
+    if words.len() >= 4 && words[0].contains('%') {
+        let numbers = numbers(&words[1..]);
+        let Some([first, last, step, ..]) = numbers.as_deref() else {
+            return Err(header.error(format!(
+                "'{}' is no pattern with three numbers",
+                clip(value)
+            )));
+        };
+        let count = last.checked_sub(*first).and_then(|d| d.checked_div(*step));
+        let count = count
+            .and_then(|c| usize::try_from(c).ok())
+            .filter(|c| *c < MOST_FILES);
+        let Some(count) = count else {
+            return Err(header.error(format!("files from {first} to {last} by {step}")));
+        };
+        let names = (0..=count as i64).map(|i| numbered(words[0], first + i * step));
+        let names: Option<Vec<String>> = names.collect();
+        let names = names.ok_or_else(|| {
+            header.error(format!(
+                "'{}' has no number like %d or %03d",
+                clip(words[0])
+            ))
+        })?;
+        return Ok(names.iter().map(|name| header.beside(name)).collect());
+    }
+    Ok(vec![header.beside(value)])
+}
+
+/// `pattern` with its one `%d` or `%03d` replaced.
+fn numbered(pattern: &str, number: i64) -> Option<String> {
+    let (before, rest) = pattern.split_once('%')?;
+    let (width, after) = rest.split_once('d')?;
+    let zeros = width.starts_with('0');
+    let width: usize = if width.is_empty() {
+        0
+    } else {
+        width.parse().ok()?
+    };
+    if width > 20 || after.contains('%') {
+        return None;
+    }
+    Some(if zeros {
+        format!("{before}{number:0width$}{after}")
+    } else {
+        format!("{before}{number:width$}{after}")
+    })
 }
 
 /// At most 40 characters, for a message.

@@ -1,14 +1,13 @@
 //! Where a grid's numbers stand, and how they are fetched.
 
 use std::fs::File;
-use std::io::{BufReader, ErrorKind, Read, Seek as _, SeekFrom};
+use std::io::{BufRead as _, BufReader, Cursor, ErrorKind, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 use tetrascope_core::Error;
 
-use super::number::{Converted, Number};
-use crate::parse_float;
+use super::number::{Number, Numbers};
 use crate::source::{Endian, open_file};
 
 /// How numbers are written.
@@ -26,11 +25,13 @@ pub(crate) enum Encoding {
 pub(crate) struct Payload {
     /// At least one.
     pub(crate) files: Vec<PathBuf>,
-    /// Bytes before the numbers of each file, before any decompression; `None` if the
-    /// numbers are the file's end.
-    pub(crate) offset: Option<u64>,
-    /// Bytes to pass over after decompression.
-    pub(crate) skip: u64,
+    /// Where in each file the lines begin that come before its numbers.
+    pub(crate) start: u64,
+    /// How many lines.
+    pub(crate) lines: u64,
+    /// Bytes to pass over behind those, after decompression; `None` if the numbers are the
+    /// end of what there is.
+    pub(crate) skip: Option<u64>,
     pub(crate) encoding: Encoding,
     pub(crate) number: Number,
     pub(crate) endian: Endian,
@@ -43,12 +44,13 @@ const DEFLATE: u64 = 1032;
 const WORD: u64 = 2;
 
 impl Payload {
-    /// Reads `count` numbers.
+    /// Reads `parts` runs of `length` numbers each.
     ///
     /// Nothing is allocated before the files are known to be long enough for them.
-    pub(crate) fn read(&self, count: usize) -> Result<Converted, Error> {
+    pub(crate) fn read(&self, length: usize, parts: usize) -> Result<Vec<Numbers>, Error> {
+        let count = length * parts; // checked by the caller
         let per_file = count / self.files.len();
-        if per_file * self.files.len() != count {
+        if per_file == 0 || per_file * self.files.len() != count {
             return Err(Error::Format {
                 path: self.files[0].clone(),
                 at: "byte 0".into(),
@@ -59,19 +61,23 @@ impl Payload {
                 help: None,
             });
         }
-        let mut all: Option<Converted> = None;
+        // So many are of one part and in one file.
+        let step = greatest_common_divisor(length, per_file);
+        let mut all: Vec<Numbers> = Vec::new();
         for path in &self.files {
-            let part = self.read_file(path, per_file)?;
-            all = Some(match all {
-                None => part,
-                Some(mut all) => {
-                    all.rounded |= part.rounded;
-                    super::append(&mut all.samples, part.samples);
-                    all
+            let mut reader = self.unpack(path, per_file)?;
+            for _ in 0..per_file / step {
+                let numbers = self.number.read(&mut *reader, self.endian(), step);
+                let numbers = numbers.map_err(|error| damaged(path, per_file, error))?;
+                match all.last_mut().filter(|part| part.len() < length) {
+                    Some(part) => {
+                        part.append(numbers);
+                    }
+                    None => all.push(numbers),
                 }
-            });
+            }
         }
-        all.ok_or_else(|| Error::invalid("a grid without files"))
+        Ok(all)
     }
 
     /// Where the numbers begin in `path`, checked to hold `count` of them.
@@ -85,78 +91,132 @@ impl Payload {
         let (mut file, length) = open_file(path)?;
         let needed = (count as u64)
             .checked_mul(self.number.size() as u64)
-            .and_then(|n| n.checked_add(self.skip))
+            .and_then(|n| n.checked_add(self.skip.unwrap_or(0)))
             .ok_or_else(|| format(0, format!("{count} samples cannot be"), "check the sizes"))?;
-        let offset = match self.offset {
-            Some(offset) => offset,
-            None => length.saturating_sub(needed),
-        };
-        let rest = length.saturating_sub(offset);
-        let (most, damaged) = match self.encoding {
-            Encoding::Raw => (rest, "check the sizes and the type of samples"),
+        let start = self.behind_lines(path, &mut file)?;
+        let rest = length.saturating_sub(start);
+        let (most, offset, help) = match self.encoding {
+            Encoding::Raw => (
+                rest,
+                match self.skip {
+                    Some(skip) => start.saturating_add(skip),
+                    None => length.saturating_sub(needed),
+                },
+                "check the sizes and the type of samples",
+            ),
             Encoding::Gzip | Encoding::Zlib => (
                 rest.saturating_mul(DEFLATE),
+                start,
                 "the file is truncated or damaged; copy or write it again",
             ),
-            Encoding::Text => (
-                (rest + 1) / WORD * self.number.size() as u64,
-                "check the sizes",
-            ),
+            Encoding::Text => {
+                let skip = self.skip.unwrap_or(0);
+                let words = (rest.saturating_sub(skip) + 1) / WORD;
+                let most = words.saturating_mul(self.number.size() as u64);
+                (
+                    most.saturating_add(skip),
+                    start.saturating_add(skip),
+                    "check the sizes",
+                )
+            }
         };
-        if needed > most || (self.offset.is_none() && needed > length) {
+        if needed > most {
+            let skip = self.skip.unwrap_or(0);
+            let (bytes, from) = (needed - skip, start.saturating_add(skip));
             return Err(format(
                 length,
                 format!(
-                    "the file ends, but {count} samples need {needed} bytes from byte {offset} on"
+                    "the file ends, but {count} samples need {bytes} bytes from byte {from} on"
                 ),
-                damaged,
+                help,
             ));
         }
-        file.seek(SeekFrom::Start(offset))
-            .map_err(|source| Error::Io {
-                action: "cannot read",
-                path: path.to_owned(),
-                source,
-            })?;
+        let seek = file.seek(SeekFrom::Start(offset));
+        seek.map_err(|source| cannot_read(path, source))?;
         Ok((file, offset))
     }
 
-    fn read_file(&self, path: &Path, count: usize) -> Result<Converted, Error> {
-        let (file, _) = self.begin(path, count)?;
-        let mut plain = BufReader::with_capacity(1 << 16, file);
-        let mut unpacked: Box<dyn Read> = match self.encoding {
-            Encoding::Raw => Box::new(plain),
-            Encoding::Gzip => Box::new(MultiGzDecoder::new(plain)),
-            Encoding::Zlib => Box::new(ZlibDecoder::new(plain)),
-            Encoding::Text => return self.read_words(path, &mut plain, count),
-        };
-        let skipped = std::io::copy(&mut unpacked.by_ref().take(self.skip), &mut std::io::sink());
-        let converted = skipped.and_then(|_| self.number.read(&mut *unpacked, self.endian, count));
-        converted.map_err(|source| match source.kind() {
-            ErrorKind::UnexpectedEof | ErrorKind::InvalidData | ErrorKind::InvalidInput => {
-                Error::Format {
+    /// The first byte behind the lines that come before the numbers.
+    fn behind_lines(&self, path: &Path, file: &mut File) -> Result<u64, Error> {
+        let mut at = self.start;
+        if self.lines == 0 {
+            return Ok(at);
+        }
+        let io = |source| cannot_read(path, source);
+        file.seek(SeekFrom::Start(at)).map_err(io)?;
+        let mut reader = BufReader::new(&*file);
+        let mut left = self.lines;
+        while left > 0 {
+            let bytes = reader.fill_buf().map_err(io)?;
+            if bytes.is_empty() {
+                return Err(Error::Format {
                     path: path.to_owned(),
-                    at: "the samples".into(),
-                    what: format!("the data is damaged or ends before {count} samples ({source})"),
-                    help: Some("the file is truncated or damaged; copy or write it again".into()),
-                }
+                    at: format!("byte {at}"),
+                    what: format!(
+                        "the file ends after {} of {} lines before its numbers",
+                        self.lines - left,
+                        self.lines
+                    ),
+                    help: Some("check 'line skip'".into()),
+                });
             }
-            _ => Error::Io {
-                action: "cannot read",
-                path: path.to_owned(),
-                source,
-            },
-        })
+            let (length, ends) = match bytes.iter().position(|b| *b == b'\n') {
+                Some(end) => (end + 1, 1),
+                None => (bytes.len(), 0),
+            };
+            reader.consume(length);
+            at += length as u64;
+            left -= ends;
+        }
+        Ok(at)
     }
 
-    /// Reads words to 64-bit floats and from there to samples, so that integers of 8 and
-    /// 16 bits stay integers.
-    fn read_words(
-        &self,
-        path: &Path,
-        reader: &mut dyn Read,
-        count: usize,
-    ) -> Result<Converted, Error> {
+    /// The bytes of `count` numbers of one file, and perhaps more.
+    fn unpack(&self, path: &Path, count: usize) -> Result<Box<dyn Read>, Error> {
+        let open = || -> Result<Box<dyn Read>, Error> {
+            let (file, _) = self.begin(path, count)?;
+            let plain = BufReader::with_capacity(1 << 16, file);
+            Ok(match self.encoding {
+                Encoding::Raw | Encoding::Text => Box::new(plain),
+                Encoding::Gzip => Box::new(MultiGzDecoder::new(plain)),
+                Encoding::Zlib => Box::new(ZlibDecoder::new(plain)),
+            })
+        };
+        let mut reader = open()?;
+        if self.encoding == Encoding::Text {
+            let bytes = self.words(path, &mut *reader, count)?;
+            return Ok(Box::new(Cursor::new(bytes)));
+        }
+        if self.encoding == Encoding::Raw {
+            return Ok(reader);
+        }
+        let pass = |reader: &mut dyn Read, bytes: u64| {
+            let copied = std::io::copy(&mut reader.take(bytes), &mut std::io::sink());
+            copied.map_err(|error| damaged(path, count, error))
+        };
+        let skip = match self.skip {
+            Some(skip) => skip,
+            // How much there is, only all of it tells.
+            None => {
+                let all = pass(&mut *reader, u64::MAX)?;
+                reader = open()?;
+                all.saturating_sub(count as u64 * self.number.size() as u64)
+            }
+        };
+        pass(&mut *reader, skip)?;
+        Ok(reader)
+    }
+
+    /// Of the numbers that [`Payload::unpack`] gives: words become little-endian.
+    fn endian(&self) -> Endian {
+        match self.encoding {
+            Encoding::Text => Endian::Little,
+            _ => self.endian,
+        }
+    }
+
+    /// The bytes of `count` words.
+    fn words(&self, path: &Path, reader: &mut dyn Read, count: usize) -> Result<Vec<u8>, Error> {
         let wrong = |at: String, what: String| Error::Format {
             path: path.to_owned(),
             at,
@@ -164,34 +224,62 @@ impl Payload {
             help: None,
         };
         let mut text = Vec::new();
-        reader.read_to_end(&mut text).map_err(|source| Error::Io {
-            action: "cannot read",
-            path: path.to_owned(),
-            source,
-        })?;
-        let mut bytes = Vec::with_capacity(count * self.number.size());
+        let read = reader.read_to_end(&mut text);
+        read.map_err(|source| cannot_read(path, source))?;
+        let size = self.number.size();
+        let mut bytes = Vec::with_capacity(count * size); // checked in `begin`
         let words = text.split(|b| b.is_ascii_whitespace() || *b == b',');
         for (i, word) in words.filter(|w| !w.is_empty()).take(count).enumerate() {
-            let value = std::str::from_utf8(word).ok().and_then(parse_float);
-            let value = value.and_then(|v| self.number.encode(v, &mut bytes));
-            value.ok_or_else(|| {
+            let number = std::str::from_utf8(word).ok();
+            let number = number.and_then(|word| self.number.word(word));
+            let number = number.ok_or_else(|| {
                 let word: String = String::from_utf8_lossy(word).chars().take(40).collect();
                 wrong(
                     format!("value {i}"),
                     format!("'{word}' is not a number of its type"),
                 )
             })?;
+            bytes.extend_from_slice(&number[..size]);
         }
-        let found = bytes.len() / self.number.size();
+        let found = bytes.len() / size;
         if found < count {
             return Err(wrong(
                 "the samples".into(),
                 format!("{found} values where {count} are needed"),
             ));
         }
-        let converted = self
-            .number
-            .read(&mut bytes.as_slice(), Endian::Little, count);
-        converted.map_err(|error| wrong("the samples".into(), error.to_string()))
+        Ok(bytes)
     }
+}
+
+/// What went wrong while `count` numbers were read.
+fn damaged(path: &Path, count: usize, source: std::io::Error) -> Error {
+    match source.kind() {
+        ErrorKind::UnexpectedEof | ErrorKind::InvalidData | ErrorKind::InvalidInput => {
+            Error::Format {
+                path: path.to_owned(),
+                at: "the samples".into(),
+                what: format!("the data is damaged or ends before {count} samples ({source})"),
+                help: Some("the file is truncated or damaged; copy or write it again".into()),
+            }
+        }
+        _ => cannot_read(path, source),
+    }
+}
+
+fn cannot_read(path: &Path, source: std::io::Error) -> Error {
+    Error::Io {
+        action: "cannot read",
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// Of two numbers above 0.
+fn greatest_common_divisor(a: usize, b: usize) -> usize {
+    let (mut a, mut b) = (a, b);
+    while b > 0 {
+        (a, b) = (b, a % b);
+    }
+    a
 }

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use tetrascope_core::Error;
 use tetrascope_core::grid::{BrickSource, Lattice, Region, SampleType, Samples};
@@ -60,8 +60,9 @@ pub(crate) fn describe(path: &Path, layout: &RawLayout) -> Result<Description, E
         lattice: layout.lattice,
         payload: Payload {
             files: vec![path.to_owned()],
-            offset: Some(layout.offset),
-            skip: 0,
+            start: 0,
+            lines: 0,
+            skip: Some(layout.offset),
             encoding: Encoding::Raw,
             number,
             endian: match layout.byte_order {
@@ -69,8 +70,8 @@ pub(crate) fn describe(path: &Path, layout: &RawLayout) -> Result<Description, E
                 ByteOrder::Big => Endian::Big,
             },
         },
-        components: 1,
-        interleaved: true,
+        is_placed: false,
+        extras: Vec::new(),
         scale: None,
         name: "scalars".into(),
         notes,
@@ -82,10 +83,10 @@ pub(crate) fn describe(path: &Path, layout: &RawLayout) -> Result<Description, E
 const NEAR: usize = 32;
 
 /// A file of samples, x fastest, read where and when they are needed.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct RawFile {
     path: PathBuf,
-    file: Mutex<File>,
+    file: Arc<Mutex<File>>,
     offset: u64,
     lattice: Lattice,
     sample_type: SampleType,
@@ -122,12 +123,21 @@ impl RawFile {
         }
         Ok(RawFile {
             path: path.to_path_buf(),
-            file: Mutex::new(file),
+            file: Arc::new(Mutex::new(file)),
             offset,
             lattice,
             sample_type,
             byte_order,
         })
+    }
+
+    /// Samples like these that begin `bytes` later in the same file, which the caller has
+    /// found to be long enough.
+    pub(crate) fn later(&self, bytes: u64) -> RawFile {
+        RawFile {
+            offset: self.offset + bytes,
+            ..self.clone()
+        }
     }
 }
 
@@ -186,7 +196,8 @@ impl BrickSource for RawFile {
             SampleType::I16 => Number::I16,
             SampleType::F32 => Number::F32,
         };
-        let converted = number.read(&mut bytes.as_slice(), endian, region.count());
-        Ok(converted.map_err(io)?.samples)
+        let numbers = number.read(&mut bytes.as_slice(), endian, region.count());
+        let samples = numbers.map_err(io)?.samples();
+        Ok(samples.expect("the number was chosen for its type of samples"))
     }
 }

@@ -1,9 +1,8 @@
 //! Words, lines and arrays of a legacy VTK file, one after the other.
 
 use tetrascope_core::Error;
-use tetrascope_core::grid::Samples;
 
-use crate::grid::number::{Converted, Number};
+use crate::grid::number::{Number, Numbers};
 use crate::source::{Endian, Source, room};
 
 /// How an array's numbers are stored.
@@ -232,14 +231,11 @@ impl<'a> Scanner<'a> {
         self.each_word(count, looks_right, |()| {})
     }
 
-    /// `count` numbers in the type of samples that holds them best.
-    pub(super) fn samples(&mut self, kind: Kind, count: u64) -> Result<Converted, Error> {
+    /// `count` numbers in their own type; bits become bytes.
+    pub(super) fn numbers_of(&mut self, kind: Kind, count: u64) -> Result<Numbers, Error> {
         let Some(number) = kind.number() else {
             let bits = self.floats(kind, count)?;
-            return Ok(Converted {
-                samples: Samples::U8(bits.into_iter().map(|bit| bit as u8).collect()),
-                rounded: false,
-            });
+            return Ok(Numbers::U8(bits.into_iter().map(|bit| bit as u8).collect()));
         };
         let mut bytes = Vec::new();
         let (bytes, endian) = if self.binary {
@@ -247,15 +243,13 @@ impl<'a> Scanner<'a> {
             let length = length.ok_or_else(|| self.too_many(count))?;
             (self.bytes(length)?, Endian::Big)
         } else {
-            for value in self.words(count, parse_float)? {
-                number
-                    .encode(value, &mut bytes)
-                    .ok_or_else(|| self.error(format!("{value} is not a number of its type")))?;
+            for word in self.words(count, |word| number.word(word))? {
+                bytes.extend_from_slice(&word[..number.size()]);
             }
             (bytes.as_slice(), Endian::Little)
         };
-        let converted = number.read(&mut &bytes[..], endian, count as usize);
-        converted.map_err(|error| self.error(error.to_string()))
+        let numbers = number.read(&mut &bytes[..], endian, count as usize);
+        numbers.map_err(|error| self.error(error.to_string()))
     }
 
     /// `count` indices; negative ones keep their bits, which are larger than any mesh.

@@ -16,7 +16,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use tetrascope_core::Error;
 
 use super::document::{ArrayElement, Compressor, Data, Document};
-use crate::grid::number::{Converted, Number};
+use crate::grid::number::{Number, Numbers};
 use crate::source::{Endian, Source, room};
 use crate::vtk::parse_float;
 
@@ -93,25 +93,24 @@ impl<'a> Decoder<'a> {
         })
     }
 
-    /// `tuples` tuples in the type of samples that holds them best.
-    pub(super) fn samples(&self, array: &ArrayElement, tuples: u64) -> Result<Converted, Error> {
+    /// `tuples` tuples in the type that the array has.
+    pub(super) fn numbers(&self, array: &ArrayElement, tuples: u64) -> Result<Numbers, Error> {
         let count = self.count(array, tuples)?;
         let text;
         let (bytes, endian) = if let Data::Ascii(words) = &array.data {
-            let values = self.words(array, words, count, parse_float)?;
-            let mut bytes = Vec::with_capacity(values.len() * array.kind.size());
-            for (i, value) in values.into_iter().enumerate() {
-                array.kind.encode(value, &mut bytes).ok_or_else(|| {
-                    self.error(array, format!("value {i} is {value}, not of its type"))
-                })?;
-            }
-            text = bytes;
+            let size = array.kind.size();
+            let words = self.words(array, words, count, |word| array.kind.word(word))?;
+            text = words
+                .iter()
+                .flat_map(|word| &word[..size])
+                .copied()
+                .collect::<Vec<u8>>();
             (Cow::Borrowed(text.as_slice()), Endian::Little)
         } else {
             (self.bytes(array, count)?, self.document.endian)
         };
-        let converted = array.kind.read(&mut &bytes[..], endian, count as usize);
-        converted.map_err(|error| self.error(array, error.to_string()))
+        let numbers = array.kind.read(&mut &bytes[..], endian, count as usize);
+        numbers.map_err(|error| self.error(array, error.to_string()))
     }
 
     /// Calls `each` with `count` indices.

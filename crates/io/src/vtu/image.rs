@@ -2,26 +2,26 @@
 
 use tetrascope_core::Error;
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::grid::{Lattice, Samples};
+use tetrascope_core::grid::{Interpolation, Lattice};
 use tetrascope_core::mesh::Association;
 
 use super::decode::Decoder;
 use super::document::{ArrayElement, Compressor, Data, Document, Image, Piece};
-use crate::grid::{FieldSamples, GridData, GridField, RawFile, split};
+use crate::grid::ghosts::Ghosts;
+use crate::grid::number::Numbers;
+use crate::grid::{self, Entries, GridData, GridField, RawFile, split};
 use crate::source::{Source, count, read_at};
 
-/// Marks of `vtkGhostType`: a point, or a cell, that is not to be seen.
-const HIDDEN: [u8; 2] = [2, 32];
-
-/// Reads all fields. Cell data become samples at the cells' centers, which is where they
-/// are known; between them all renderers interpolate.
+/// Reads all fields. Cell data become samples at the cells' centers that fill their cells.
 pub(super) fn read(source: &Source, document: &Document, image: &Image) -> Result<GridData, Error> {
     let decoder = Decoder::new(source, document);
     let mut data = GridData {
         fields: Vec::new(),
+        space: None,
         notes: document.notes.clone(),
         files: Vec::new(),
     };
+    let mut ghosts = Ghosts::default();
     if document.pieces.len() > 1 {
         let pieces = count(document.pieces.len() as u64, "piece");
         data.notes.push(format!("{pieces} joined"));
@@ -39,9 +39,10 @@ pub(super) fn read(source: &Source, document: &Document, image: &Image) -> Resul
             &decoder,
             document,
             (image, &whole, association),
-            &mut data,
+            (&mut data, &mut ghosts),
         )?;
     }
+    ghosts.hide(&mut data);
     if data.fields.is_empty() {
         return Err(source.error("<ImageData>", "the image has no field of numbers"));
     }
@@ -65,8 +66,9 @@ pub(super) fn stream(
     let (Some(whole), true, true) = (whole, plain, piece.cell_data.is_empty()) else {
         return Ok(None);
     };
-    let (Some(points), Ok(lattice)) = (whole.count(), lattice(image, &whole, Association::Point))
-    else {
+    let mut notes = document.notes.clone();
+    let lattice = lattice(image, &whole, Association::Point, &mut notes);
+    let (Some(points), Ok(lattice)) = (whole.count(), lattice) else {
         return Ok(None);
     };
     let start = (head.bytes.len() - appended.bytes.len()) as u64;
@@ -103,7 +105,7 @@ pub(super) fn stream(
     }
     fields.sort_by_key(|(later, ..)| *later); // stable
     let fields = fields.into_iter().map(|(_, name, file)| (name, file));
-    GridData::streamed(head, fields, document.notes.clone())
+    GridData::streamed(head, fields, notes)
 }
 
 /// A box of points or cells.
@@ -161,7 +163,7 @@ fn read_fields(
     decoder: &Decoder,
     document: &Document,
     (image, whole, association): (&Image, &Box3, Association),
-    data: &mut GridData,
+    (data, ghosts): (&mut GridData, &mut Ghosts),
 ) -> Result<(), Error> {
     let Some(first) = document.pieces.first() else {
         return Err(source.error("<ImageData>", "the image has no <Piece>"));
@@ -169,7 +171,7 @@ fn read_fields(
     if arrays(first, association).is_empty() {
         return Ok(());
     }
-    let lattice = match lattice(image, whole, association) {
+    let lattice = match lattice(image, whole, association, &mut data.notes) {
         Ok(lattice) => lattice,
         Err(error) if association == Association::Cell => {
             data.notes.push(format!("cell data left out: {error}"));
@@ -178,34 +180,25 @@ fn read_fields(
         Err(error) => return Err(source.error("<ImageData>", error.to_string())),
     };
     let mut fields: Vec<(bool, GridField)> = Vec::new();
-    let mut ghosts: Option<Samples> = None;
     for (i, element) in arrays(first, association).iter().enumerate() {
         let name = match element.name.as_str() {
             "" => format!("unnamed-{i}"),
             name => name.to_owned(),
         };
-        let (samples, rounded) = join(source, decoder, document, (whole, association), i)?;
+        let numbers = join(source, decoder, document, (whole, association), i)?;
         if name == "vtkGhostType" && element.components == 1 {
-            ghosts = Some(samples);
+            match association {
+                Association::Point => ghosts.points = Some(numbers),
+                Association::Cell => ghosts.cells = Some(numbers),
+            }
             continue;
         }
-        if rounded {
-            data.notes
-                .push(format!("samples of '{name}' are rounded to 32-bit floats"));
-        }
         let active = first.active(association) == Some(element.name.as_str());
-        for (name, samples) in split(&name, samples, element.components as usize, true) {
-            let field = GridField {
-                name,
-                association,
-                lattice,
-                samples: FieldSamples::Loaded(samples),
-            };
-            fields.push((!active, field));
+        let components = element.components as usize;
+        let entries = Entries::of_bytes(element.kind, components);
+        for field in split(&name, numbers, components, entries, &mut data.notes) {
+            fields.push((!active, field.on(lattice, association)));
         }
-    }
-    if let Some(ghosts) = ghosts {
-        hide(&mut fields, &ghosts, association, &mut data.notes);
     }
     fields.sort_by_key(|(later, _)| *later); // stable
     data.fields
@@ -214,10 +207,15 @@ fn read_fields(
 }
 
 /// Where the samples lie.
-fn lattice(image: &Image, whole: &Box3, association: Association) -> Result<Lattice, Error> {
-    let half = match association {
-        Association::Point => 0.0,
-        Association::Cell => 0.5,
+fn lattice(
+    image: &Image,
+    whole: &Box3,
+    association: Association,
+    notes: &mut Vec<String>,
+) -> Result<Lattice, Error> {
+    let (half, interpolation) = match association {
+        Association::Point => (0.0, Interpolation::Linear),
+        Association::Cell => (0.5, Interpolation::Nearest),
     };
     let first = DVec3::from_array(whole.low.map(|low| low as f64 + half));
     let direction = image.direction;
@@ -227,20 +225,20 @@ fn lattice(image: &Image, whole: &Box3, association: Association) -> Result<Latt
         direction.z_axis * image.spacing.z,
     ];
     let origin = image.origin + direction * (image.spacing * first);
-    Lattice::from_axes(whole.size, origin, axes)
+    grid::axes::lattice(whole.size, origin, axes, [0.0; 3], interpolation, notes)
 }
 
-/// The samples of array `index` of all pieces, and whether any were rounded.
+/// The numbers of array `index` of all pieces.
 fn join(
     source: &Source,
     decoder: &Decoder,
     document: &Document,
     (whole, association): (&Box3, Association),
     index: usize,
-) -> Result<(Samples, bool), Error> {
+) -> Result<Numbers, Error> {
     let wrong = |what: String| source.error("<Piece>", what);
     let mut parts = Vec::new();
-    let (mut covered, mut rounded) = (0usize, false);
+    let mut covered = 0usize;
     let first = &arrays(&document.pieces[0], association)[index];
     for piece in &document.pieces {
         let part = Box3::of(&piece.extent, association);
@@ -251,16 +249,14 @@ fn join(
             .iter()
             .find(|e| e.name == first.name && e.components == first.components)
             .ok_or_else(|| wrong(format!("a piece has no array '{}'", first.name)))?;
-        let converted = decoder.samples(element, points as u64)?;
-        rounded |= converted.rounded;
         covered = covered.saturating_add(points);
-        parts.push((part, low, converted.samples));
+        parts.push((part, low, decoder.numbers(element, points as u64)?));
     }
     if let [(part, _, _)] = &parts[..]
         && part == whole
     {
-        let (_, _, samples) = parts.remove(0);
-        return Ok((samples, rounded));
+        let (_, _, numbers) = parts.remove(0);
+        return Ok(numbers);
     }
     let points = whole.count().unwrap_or(usize::MAX);
     if covered < points {
@@ -269,71 +265,16 @@ fn join(
         )));
     }
     let components = first.components as usize;
-    let mut all = Samples::F32(vec![f32::NAN; points * components]);
-    if let Some((_, _, Samples::U8(_))) = parts.first() {
-        all = Samples::U8(vec![0; points * components]);
-    } else if let Some((_, _, Samples::U16(_))) = parts.first() {
-        all = Samples::U16(vec![0; points * components]);
-    } else if let Some((_, _, Samples::I16(_))) = parts.first() {
-        all = Samples::I16(vec![0; points * components]);
-    }
-    for (part, low, samples) in &parts {
-        let placed = match (&mut all, samples) {
-            (Samples::U8(a), Samples::U8(b)) => place(a, whole, b, part, *low, components),
-            (Samples::U16(a), Samples::U16(b)) => place(a, whole, b, part, *low, components),
-            (Samples::I16(a), Samples::I16(b)) => place(a, whole, b, part, *low, components),
-            (Samples::F32(a), Samples::F32(b)) => place(a, whole, b, part, *low, components),
-            _ => false,
-        };
-        if !placed {
-            return Err(wrong(format!("array '{}' changes its type", first.name)));
+    let mut all = parts[0].2.blank(points * components);
+    for (part, low, numbers) in &parts {
+        let row = part.size[0] * components;
+        for i in 0..part.size[1] * part.size[2] {
+            let (y, z) = (low[1] + i % part.size[1], low[2] + i / part.size[1]);
+            let start = (low[0] + whole.size[0] * (y + whole.size[1] * z)) * components;
+            if !all.put(start, numbers, i * row..(i + 1) * row) {
+                return Err(wrong(format!("array '{}' changes its type", first.name)));
+            }
         }
     }
-    Ok((all, rounded))
-}
-
-/// Copies the rows of a part to where they belong; true.
-fn place<T: Copy>(
-    all: &mut [T],
-    whole: &Box3,
-    part: &[T],
-    of: &Box3,
-    low: [usize; 3],
-    components: usize,
-) -> bool {
-    let row = of.size[0] * components;
-    for (i, from) in part.chunks_exact(row.max(1)).enumerate() {
-        let (y, z) = (low[1] + i % of.size[1], low[2] + i / of.size[1]);
-        let start = (low[0] + whole.size[0] * (y + whole.size[1] * z)) * components;
-        all[start..start + row].copy_from_slice(from);
-    }
-    true
-}
-
-/// Makes hidden samples NaN, which is transparent.
-fn hide(
-    fields: &mut [(bool, GridField)],
-    ghosts: &Samples,
-    association: Association,
-    notes: &mut Vec<String>,
-) {
-    let mark = HIDDEN[usize::from(association == Association::Cell)];
-    let hidden = |i: usize| ghosts.get(i) as u8 & mark != 0;
-    let number = (0..ghosts.len()).filter(|i| hidden(*i)).count();
-    if number == 0 {
-        return;
-    }
-    notes.push(format!(
-        "{} hidden by vtkGhostType",
-        count(number as u64, "sample")
-    ));
-    for (_, field) in fields {
-        if let FieldSamples::Loaded(samples) = &mut field.samples {
-            let values = (0..samples.len()).map(|i| match hidden(i) {
-                true => f32::NAN,
-                false => samples.get(i) as f32,
-            });
-            *samples = Samples::F32(values.collect());
-        }
-    }
+    Ok(all)
 }

@@ -2,6 +2,7 @@
 
 mod adversarial;
 mod closed_forms;
+mod grid_cells;
 mod grid_look;
 mod grids;
 mod look;

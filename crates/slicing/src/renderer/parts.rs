@@ -70,6 +70,7 @@ impl Parts<'_> {
             appearance,
             deepest: (thickest * longest * (1.0 + 1e-4)).min(1e30) as f32,
             gaps: volume.octree.gaps,
+            nearest: volume.fills_cells,
         };
         let slice = self.pass.data(gpu, &voxels, &look, options)?;
         let (format, model) = (options.target_format, appearance.optical_model);

@@ -2,6 +2,7 @@
 
 mod analytic;
 mod bricks;
+mod cells;
 mod convergence;
 mod features;
 mod frames;
