@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use tetrascope_core::glam::DVec3;
+use tetrascope_core::grid::Interpolation;
 use tetrascope_core::mesh::{Association, type_name};
 use tetrascope_core::scene::VolumeSource;
 use tetrascope_core::{Error, TetMesh, Volume};
@@ -24,6 +25,8 @@ pub struct Loaded {
     pub fields: Vec<FieldSummary>,
     /// The files that were read.
     pub files: Vec<PathBuf>,
+    /// The world in which a grid's file says that it lies, "LPS"; `None` for all others.
+    pub space: Option<&'static str>,
 }
 
 /// A field that a source offers.
@@ -37,6 +40,11 @@ pub struct FieldSummary {
     pub range: Option<(f64, f64)>,
     /// Whether it is the chosen one.
     pub drawn: bool,
+    /// How many values are not finite, which is to have no value; `None` for fields of
+    /// meshes that are not drawn.
+    pub missing: Option<u64>,
+    /// A number of the source is a value and this.
+    pub offset: f64,
 }
 
 /// Reads or makes the volume that `source` names.
@@ -69,6 +77,7 @@ pub fn check(source: &VolumeSource) -> Result<(), Error> {
             "`cells` and `seed` are for data sets, and the volume is a file".into(),
             "leave them out",
         ),
+        (None, Some(_)) if source.interpolation.is_some() => no_interpolation("the data set"),
         (None, Some(_)) if source.solution.is_some() => wrong(
             "`solution` is for Plot3D files, and the volume is a data set".into(),
             "leave it out",
@@ -94,6 +103,13 @@ fn wrong(what: String, help: &str) -> Result<(), Error> {
     })
 }
 
+fn no_interpolation(of: &str) -> Result<(), Error> {
+    wrong(
+        format!("`interpolation` is for regular grids, and {of} is a mesh"),
+        "leave it out: values at points are interpolated, those of cells are constant in each",
+    )
+}
+
 fn from_file(path: &Path, source: &VolumeSource) -> Result<Loaded, Error> {
     let options = ReadOptions {
         solution: source.solution.clone(),
@@ -101,7 +117,12 @@ fn from_file(path: &Path, source: &VolumeSource) -> Result<Loaded, Error> {
         ..ReadOptions::default()
     };
     match read_file(path, &options)? {
-        FileData::Mesh(data) => from_mesh(data, source),
+        FileData::Mesh(data) => {
+            if source.interpolation.is_some() {
+                no_interpolation("the file")?;
+            }
+            from_mesh(data, source)
+        }
         FileData::Grid(data) => from_grid(data, source),
     }
 }
@@ -117,9 +138,12 @@ fn from_mesh(mut data: MeshData, source: &VolumeSource) -> Result<Loaded, Error>
         association: association(field.association),
         range: field.range,
         drawn: i == chosen,
+        missing: None,
+        offset: 0.0,
     });
-    let fields = fields.collect();
+    let mut fields: Vec<FieldSummary> = fields.collect();
     let mesh = data.into_mesh_of(chosen)?;
+    fields[chosen].missing = Some(missing(&mesh.scalars().values));
     Ok(loaded(mesh, notes, fields, files))
 }
 
@@ -134,8 +158,15 @@ fn from_grid(mut data: GridData, source: &VolumeSource) -> Result<Loaded, Error>
         association: association(field.association),
         range: field.samples.range(),
         drawn: i == chosen,
+        missing: Some(field.samples.missing()),
+        offset: field.offset,
     });
     let fields: Vec<FieldSummary> = fields.collect();
+    let space = data.space;
+    for field in &mut data.fields {
+        let own = field.lattice.interpolation;
+        field.lattice.interpolation = source.interpolation.unwrap_or(own);
+    }
     let (volume, field) = data.into_volume(source.field.as_deref())?;
     let (lattice, sample_type) = match &volume {
         Volume::Grid(grid) => (*grid.lattice(), grid.samples().sample_type()),
@@ -144,9 +175,13 @@ fn from_grid(mut data: GridData, source: &VolumeSource) -> Result<Loaded, Error>
     };
     let [nx, ny, nz] = lattice.dims;
     let DVec3 { x, y, z } = lattice.spacing;
+    let filled = match lattice.interpolation {
+        Interpolation::Linear => "",
+        Interpolation::Nearest => ", each in a cell of its own",
+    };
     Ok(Loaded {
         description: format!(
-            "{nx}×{ny}×{nz} samples of {}, {x}×{y}×{z} apart, field '{field}'",
+            "{nx}×{ny}×{nz} samples of {}, {x}×{y}×{z} apart{filled}, field '{field}'",
             sample_type.name()
         ),
         volume,
@@ -154,7 +189,13 @@ fn from_grid(mut data: GridData, source: &VolumeSource) -> Result<Loaded, Error>
         notes,
         fields,
         files,
+        space,
     })
+}
+
+/// How many values are not finite.
+fn missing(values: &[f64]) -> u64 {
+    values.iter().filter(|value| !value.is_finite()).count() as u64
 }
 
 fn from_dataset(name: &str, source: &VolumeSource) -> Result<Loaded, Error> {
@@ -167,6 +208,8 @@ fn from_dataset(name: &str, source: &VolumeSource) -> Result<Loaded, Error> {
         association: association(mesh.scalars().association),
         range: mesh.scalar_range(),
         drawn: true,
+        missing: Some(missing(&mesh.scalars().values)),
+        offset: 0.0,
     };
     if let Some(wanted) = source
         .field
@@ -214,6 +257,7 @@ fn loaded(
         notes,
         fields,
         files,
+        space: None,
     }
 }
 

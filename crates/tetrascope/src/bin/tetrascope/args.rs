@@ -6,6 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use tetrascope::core::colormap::{Colormap, srgb_to_linear};
 use tetrascope::core::glam::DVec3;
+use tetrascope::core::grid::Interpolation;
 use tetrascope::core::scene::{ByteOrder, RawNumber};
 use tetrascope::core::view::{check_background, check_size};
 use tetrascope::core::{CameraFit, ClipPlane, DepthCue, Error, OpticalModel};
@@ -160,6 +161,9 @@ pub(crate) struct VolumeArgs {
     /// The field to draw, as `info` lists it, or cell:NAME, point:NAME [default: the first that varies]
     #[arg(short, long, value_name = "NAME")]
     pub(crate) field: Option<String>,
+    /// The scalar between a grid's samples [default: linear; nearest for cell data]
+    #[arg(long, value_name = "HOW", value_parser = interpolations())]
+    pub(crate) interpolation: Option<Interpolation>,
     /// About how many cells a data set should have
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) cells: Option<u64>,
@@ -200,6 +204,13 @@ fn colormaps() -> impl clap::builder::TypedValueParser<Value = Colormap> {
     PossibleValuesParser::new(Colormap::ALL.map(Colormap::name)).map(|name| {
         let map = Colormap::ALL.into_iter().find(|m| m.name() == name);
         map.expect("one of the possible values")
+    })
+}
+
+fn interpolations() -> impl clap::builder::TypedValueParser<Value = Interpolation> {
+    PossibleValuesParser::new(Interpolation::ALL.map(Interpolation::name)).map(|name| {
+        let found = Interpolation::ALL.into_iter().find(|i| i.name() == name);
+        found.expect("one of the possible values")
     })
 }
 

@@ -48,14 +48,26 @@ fn fields(loaded: &Loaded) -> Vec<String> {
         association,
         range,
         drawn,
+        missing,
+        offset,
     } in &loaded.fields
     {
         let range = match range {
             Some((low, high)) => format!("[{low}, {high}]"),
             None => "no finite value".into(),
         };
+        let offset = match offset {
+            0.0 => String::new(),
+            offset => format!(" + {offset}"),
+        };
+        let missing = match missing {
+            None | Some(0) => String::new(),
+            Some(missing) => format!(", {missing} without a value"),
+        };
         let drawn = if *drawn { ", drawn" } else { "" };
-        lines.push(format!("  {name} {range} ({association}{drawn})"));
+        lines.push(format!(
+            "  {name} {range}{offset} ({association}{missing}{drawn})"
+        ));
     }
     lines
 }

@@ -210,6 +210,7 @@ pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeS
         cells: args.cells,
         seed: args.seed,
         field: args.field.clone(),
+        interpolation: args.interpolation,
         dims: args.dims,
         number: args.number,
         spacing: args.spacing,
@@ -251,6 +252,7 @@ fn merge(source: &mut VolumeSource, given: VolumeSource) {
     source.dataset = given.dataset.or(source.dataset.take());
     source.solution = given.solution.or(source.solution.take());
     source.field = given.field.or(source.field.take());
+    source.interpolation = given.interpolation.or(source.interpolation);
     source.cells = given.cells.or(source.cells);
     source.seed = given.seed.or(source.seed);
     source.dims = given.dims.or(source.dims);

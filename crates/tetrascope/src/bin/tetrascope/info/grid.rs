@@ -2,7 +2,7 @@
 
 use serde_json::json;
 use tetrascope::core::glam::DMat3;
-use tetrascope::core::grid::{Lattice, SampleType};
+use tetrascope::core::grid::{Interpolation, Lattice, SampleType};
 use tetrascope::core::scene::default_unit_distance;
 use tetrascope::core::{Bounds, OpticalModel};
 use tetrascope::volumes::Loaded;
@@ -31,9 +31,11 @@ pub(super) fn print(
         return output.json_result(&json!({
             "dims": lattice.dims,
             "samples": sample_type.name(),
+            "interpolation": lattice.interpolation,
             "cells": cells,
             "fields": loaded.fields,
             "field": loaded.field,
+            "space": loaded.space,
             "origin": lattice.origin,
             "spacing": lattice.spacing,
             "axes": [x_axis, y_axis, z_axis],
@@ -46,7 +48,17 @@ pub(super) fn print(
         format!("samples        {nx}×{ny}×{nz} of {}", sample_type.name()),
         format!("cells          {cells}"),
     ];
+    let filled = match lattice.interpolation {
+        Interpolation::Linear => "linear, between samples",
+        Interpolation::Nearest => "nearest, each sample fills a cell",
+    };
+    lines.push(format!("interpolation  {filled}"));
     lines.extend(fields(loaded));
+    let space = match loaded.space {
+        Some(space) => format!("{space} (x to the left, y to the back, z to the head)"),
+        None => "the file's own".into(),
+    };
+    lines.push(format!("space          {space}"));
     lines.push(format!("origin         {}", lattice.origin));
     lines.push(format!("spacing        {}", lattice.spacing));
     lines.push(format!("axes           {x_axis}, {y_axis}, {z_axis}"));
