@@ -116,19 +116,15 @@ pub const LOOPS: &[Loop] = &[
     of("sort/scatter.wgsl", "cs_scatter", AtMost(16), "items of a thread"),
 
     of("projection/compact.wgsl", "add_up", AtMost(8), "halvings of a workgroup"),
-    of("projection/compact.wgsl", "cs_scan", Grows, "cells"),
-    of("projection/compact.wgsl", "cs_scan", Grows, "cells"),
-    of("projection/compact.wgsl", "cs_compact", Grows, "pieces of a cell"),
-    of("projection/composite.wgsl", "fs_composite", Grows, "fragments of a pixel"),
-    of("projection/composite.wgsl", "sorted", Grows, "fragments of a pixel"),
-    of("projection/composite.wgsl", "sorted", Grows, "fragments of a pixel"),
-    of("projection/composite.wgsl", "sorted", Grows, "fragments of a pixel"),
-    of("projection/composite.wgsl", "cut_run", Grows, "fragments of a pixel"),
+    of("projection/compact.wgsl", "cs_scan", AtMost(1 << 14), "blocks of 256 cells, of which projection takes 2³⁰, for each of 256 threads"),
+    of("projection/compact.wgsl", "cs_scan", AtMost(1 << 14), "the same"),
+    of("projection/compact.wgsl", "cs_compact", AtMost(MOST_INTERVALS), "pieces of a cell, knots; where they are in parts, 255 of each of 64"),
+    of("projection/composite.wgsl", "fs_composite", AtMost(1 << 14), "PASSES of a turn; the next goes on from what it stored"),
     of("projection/judge.wgsl", "cs_judge", AtMost(8), "halvings of a workgroup"),
     of("projection/judge.wgsl", "parts_of", AtMost(64), "MOST_LOOKED_AT"),
     of("projection/judge.wgsl", "isovalue_in", AtMost(32), "bisection"),
-    of("projection/pieces.wgsl", "choose_piece", AtMost(MOST_INTERVALS), "knots"),
-    of("projection/segment.wgsl", "integrate_within", Grows, "knots, and parts of each piece"),
+    of("projection/pieces.wgsl", "choose_piece", AtMost(32), "bisection"),
+    of("projection/segment.wgsl", "integrate_within", InAll(3 * MOST_INTERVALS + 8 * 20), "knots; as integrate of common/optics.wgsl"),
 
     of("raycast_peel/march.wgsl", "peeled_faces", Grows, "layers"),
     of("raycast_peel/march.wgsl", "search", Grows, "boundary faces of a tile"),
@@ -139,11 +135,6 @@ pub const LOOPS: &[Loop] = &[
 
 /// Entry points with loops that grow with the scene: program, entry point.
 pub const GROWING: &[(&str, &str)] = &[
-    ("projection::CELL", "fs_cell"),
-    ("projection::COMPACT", "cs_compact"),
-    ("projection::COMPACT", "cs_scan"),
-    ("projection::COMPOSITE", "fs_composite"),
-    ("projection::FILL", "fs_fill"),
     ("raycast_peel::AIM", "cs_aim"),
     ("raycast_peel::AIM", "cs_cast"),
     ("raycast_peel::MARCH", "cs_cast"),

@@ -87,7 +87,7 @@
 //!   overlap. Long lists are sorted in turns, n ⌈log₂ n⌉/16 384 of them for the n boxes around
 //!   cells that a pixel may be in; a pixel that is not done after the last is counted
 //!   (`lost_rays`) and noted.
-//! - A transfer function has at most 16 383 knots, so that no loop over its pieces is so long
+//! - A transfer function has at most 16 384 knots, so that no loop over its pieces is so long
 //!   that a device ends it.
 //! - [`ExitSearch::PerVertex`] is for parallel rays alone, without per-pixel order and
 //!   isosurfaces. The rasterizer decides there what a face covers, and a ray through a

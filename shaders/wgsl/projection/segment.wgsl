@@ -7,16 +7,17 @@
 
 // `segment` of lookup.wgsl for a ray's part in a cell.
 fn segment_within(in: Varying, chord: Chord) -> vec4f {
+    var sum = vec4f(0.0);
     if CUED {
-        return integrate_cued(chord.front, chord.back, chord.length, chord.cue);
+        sum = integrate_cued(chord.front, chord.back, chord.length, chord.cue);
+    } else if PIECES {
+        sum = integrate_piece(in, chord.front, chord.back, chord.length);
+    } else if TABLE_AXES == 0u {
+        sum = integrate_within(in.range.x, in.range.y, chord.front, chord.back, chord.length);
+    } else {
+        sum = segment(chord.front, chord.back, chord.length);
     }
-    if PIECES {
-        return integrate_piece(in, chord.front, chord.back, chord.length);
-    }
-    if TABLE_AXES == 0u {
-        return integrate_within(in.range.x, in.range.y, chord.front, chord.back, chord.length);
-    }
-    return segment(chord.front, chord.back, chord.length);
+    return sum;
 }
 
 // What a segment adds on which the scalar goes linearly from `front` to `back` within the

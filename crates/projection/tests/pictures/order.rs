@@ -456,7 +456,7 @@ fn a_cell_may_be_in_all_intervals_of_a_long_transfer_function() {
     };
     // Pieces of 2⁻¹⁴ of the scalars, which f32 holds to 2⁻²⁴, so each is as long as it should
     // be but for a 2⁻¹⁰th; they err in either direction and there are thousands.
-    for knots in [4096, 16_383] {
+    for knots in [4096, 16_384] {
         let appearance = look(knots);
         for order in [Order::Auto, Order::PerPixel] {
             let frame = drawn(&gpu, &volume, &appearance, &view, &with_order(order));
@@ -468,10 +468,10 @@ fn a_cell_may_be_in_all_intervals_of_a_long_transfer_function() {
             );
         }
     }
-    let refused = Projection::new(&gpu, &volume, &look(16_384), &ProjectionOptions::default());
+    let refused = Projection::new(&gpu, &volume, &look(16_385), &ProjectionOptions::default());
     let error = refused.expect_err("more than a loop may make");
     assert!(
-        matches!(error, Error::TooLarge { limit: 16_383, .. }),
+        matches!(error, Error::TooLarge { limit: 16_384, .. }),
         "{error}"
     );
 }
