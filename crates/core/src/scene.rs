@@ -88,7 +88,8 @@ pub struct VolumeSource {
     /// The seed of random data sets.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// Which field to draw.
+    /// Which field to draw, by a name that `info` lists; `cell:NAME` and `point:NAME` tell two of
+    /// one name apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field: Option<String>,
     /// The scalar between a grid's samples; linear for samples at points, nearest for those

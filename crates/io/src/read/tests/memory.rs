@@ -15,7 +15,7 @@ fn zlib(values: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A file with one cell of type `kind` after the other, all arrays compressed.
+/// A file whose cells have the types `cells`, with all arrays compressed.
 fn packed(points: u32, cells: &[u8], ends: &[u8], connectivity: &[u8]) -> Vec<u8> {
     let arrays = [
         ("Points", "UInt8", "3", zlib(&vec![0; 3 * points as usize])),
