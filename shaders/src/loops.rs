@@ -99,7 +99,7 @@ pub const LOOPS: &[Loop] = &[
     of("slicing/slab.wgsl", "gradient_at", AtMost(3), "axes"),
     of("slicing/slab.wgsl", "next_plane", AtMost(3), "axes"),
     of("slicing/slab.wgsl", "without_gaps", AtMost(13), "cells that a slab crosses, MOST_CELLS"),
-    of("slicing/slice.wgsl", "cell_by_cell", AtMost(13), "cells that a slab crosses, MOST_CELLS"),
+    of("slicing/slice.wgsl", "cell_by_cell", InAll(13 * 40 + 8 * 64), "cells that a slab crosses, MOST_CELLS, with a bisection and a next plane each; ends at the opaque depth, so that all parts beyond the first of each are 48"),
     of("slicing/surface.wgsl", "first_in_cells", AtMost(13), "cells that a slab crosses, MOST_CELLS"),
     of("slicing/surface.wgsl", "first_on_cubic", AtMost(3), "parts of a cubic"),
     of("slicing/surface.wgsl", "place_between", AtMost(24), "halvings of a bracket"),

@@ -102,16 +102,15 @@ fn cell_by_cell(slab: Slab) -> vec4f {
         let scalar = scalar_of(voxel(cell + slab.texel));
         let thickness = (next - at) * stretch;
         if thickness > 0.0 && !(GAPS && scalar >= GAP) {
-            var part: vec4f;
+            let all = constant_of(scalar);
             if CUED {
                 let cue = vec2f(cue_in(slab, at), cue_in(slab, next));
-                part = integrate_cued(scalar, scalar, thickness, cue);
+                sum = add_cued_piece(sum, all, all, thickness, cue);
             } else {
-                part = integrate(scalar, scalar, thickness);
+                sum = add_piece(sum, all, all, thickness);
             }
-            sum = behind(sum, part);
         }
-        if next >= slab.back {
+        if next >= slab.back || hides_all(sum) {
             break;
         }
         at = next;
@@ -119,20 +118,15 @@ fn cell_by_cell(slab: Slab) -> vec4f {
     return sum;
 }
 
-// What lies in front, and a part behind it.
-fn behind(front: vec4f, part: vec4f) -> vec4f {
-    switch MODEL {
-        case EMISSION_ABSORPTION: {
-            let light = front.xyz + (1.0 - opacity(front.w)) * part.xyz;
-            return vec4f(light, front.w + part.w);
-        }
-        case MAXIMUM_INTENSITY: {
-            return max(front, part);
-        }
-        default: {
-            return front + part;
-        }
+// Color and extinction of a constant scalar; on a step both sides count half.
+fn constant_of(scalar: f32) -> vec4f {
+    let index = find_interval(scalar, true);
+    let i = interval(index);
+    let above = sample_interval(i, scalar);
+    if index > 0u && scalar == i.low {
+        return 0.5 * (above + sample_interval(interval(index - 1u), scalar));
     }
+    return above;
 }
 
 // `sum` under a light at the eye: Phong's terms, on both sides of a surface.
