@@ -238,7 +238,11 @@ pub mod raycast_peel {
         "raycast_peel/walk.wgsl",
         "raycast_peel/layers.wgsl",
         "raycast_peel/boundary.wgsl",
+        "raycast_peel/crossings.wgsl",
+        "raycast_peel/gather.wgsl",
+        "raycast_peel/follow.wgsl",
         "raycast_peel/march.wgsl",
+        "raycast_peel/state.wgsl",
     );
     /// The boundary faces that rays cross, layer by layer.
     pub const PEEL: &str = program!(
@@ -270,7 +274,11 @@ pub mod raycast_peel {
         "raycast_peel/walk.wgsl",
         "raycast_peel/layers.wgsl",
         "raycast_peel/boundary.wgsl",
+        "raycast_peel/crossings.wgsl",
+        "raycast_peel/gather.wgsl",
+        "raycast_peel/follow.wgsl",
         "raycast_peel/march.wgsl",
+        "raycast_peel/state.wgsl",
         "raycast_peel/aim.wgsl",
     );
 }

@@ -16,6 +16,8 @@ pub(crate) struct March {
     pub(crate) eye: [f32; 4],
     /// Premultiplied.
     pub(crate) background: [f32; 4],
+    /// Of the camera, a unit vector; w is unused.
+    pub(crate) forward: [f32; 4],
     /// t of the camera's plane from the anchors' plane; orthographic only.
     pub(crate) eye_depth: f32,
     pub(crate) width: u32,
@@ -46,6 +48,47 @@ pub(crate) struct Counters {
     pub(crate) unpaired_faces: u32,
     /// Rays that came out through a face that they do not cross.
     pub(crate) lost_rays: u32,
+    /// Rays that are not done.
+    pub(crate) rays_left: u32,
+}
+
+/// `Progress`: what differs between the dispatches of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Progress {
+    /// Work groups of the next dispatch: as many as of this one, or none.
+    pub(crate) columns: u32,
+    pub(crate) rows: u32,
+    pub(crate) slices: u32,
+    /// Rays that are not done.
+    pub(crate) rays_left: u32,
+    /// 1 if rays are in `states` already.
+    pub(crate) goes_on: u32,
+    /// 1 if no dispatch follows: then the rays left are among what the frame counts.
+    pub(crate) is_last: u32,
+    /// Of pixels.
+    pub(crate) first_row: u32,
+}
+
+/// `State`: a ray between two dispatches. Only shaders know what is in it.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct State {
+    gathered: [f32; 4],
+    before: [f32; 4],
+    near: [f32; 4],
+    ids: [u32; 4],
+    path: [u32; 4],
+    piece: [f32; 4],
+    rest: [f32; 4],
+    before_step: [f32; 4],
+    crossed: [u32; 4],
+    exits: [u32; 4],
+    t: [f32; 4],
+    face: [u32; 4],
+    more_t: [f32; 4],
+    more_face: [u32; 4],
+    search: [u32; 4],
 }
 
 #[cfg(test)]
@@ -64,6 +107,7 @@ mod tests {
                 anchor_y,
                 eye,
                 background,
+                forward,
                 eye_depth,
                 width,
                 height,
@@ -81,7 +125,40 @@ mod tests {
                 cell_visits_high,
                 paths,
                 unpaired_faces,
-                lost_rays
+                lost_rays,
+                rays_left
+            }
+        );
+        assert_layout!(
+            MARCH,
+            Progress {
+                columns,
+                rows,
+                slices,
+                rays_left,
+                goes_on,
+                is_last,
+                first_row
+            }
+        );
+        assert_layout!(
+            MARCH,
+            State {
+                gathered,
+                before,
+                near,
+                ids,
+                path,
+                piece,
+                rest,
+                before_step,
+                crossed,
+                exits,
+                t,
+                face,
+                more_t,
+                more_face,
+                search
             }
         );
     }

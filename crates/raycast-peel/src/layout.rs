@@ -4,6 +4,9 @@
 //! increasing id of the opposite vertex: whoever comes in through a face knows
 //! three ids and gets the fourth. (A. Aman, S. Demirci, U. Güdükbay, "Compact
 //! Tetrahedralization-based Acceleration Structures for Ray Tracing", 2022, Tet20.)
+//!
+//! Points at one place are one vertex ([`TetMesh::places`]), so that a ray goes on from cell
+//! to cell where cells touch and share no points.
 
 use tetrascope_core::TetMesh;
 use tetrascope_core::glam::DVec3;
@@ -21,7 +24,7 @@ pub(crate) struct Layout {
     pub(crate) neighbors: Vec<[u32; 4]>,
     /// Vertex ids and the cell behind, one a boundary face.
     pub(crate) boundary: Vec<[u32; 4]>,
-    /// The mesh's own number of each vertex.
+    /// The mesh's own number of each vertex: of one point at each place that cells use.
     pub(crate) vertex_order: Vec<u32>,
     /// The mesh's own number of each cell.
     pub(crate) cell_order: Vec<u32>,
@@ -53,20 +56,21 @@ impl Locality {
 impl Layout {
     /// Lays `mesh` out.
     pub(crate) fn new(mesh: &TetMesh, locality: Locality) -> Layout {
-        let tetrahedra = mesh.tetrahedra();
+        let cells = mesh.places();
         let cell_order = cell_order(mesh, locality);
         let point = |point: u32| mesh.points()[point as usize];
-        let vertex_order: Vec<u32> = match locality {
-            Locality::AsGiven => (0..mesh.points().len() as u32).collect(),
-            Locality::Morton => morton_order(mesh, mesh.points().len(), point),
+        let used = used(mesh);
+        let vertex_order = match locality {
+            Locality::AsGiven => used,
+            Locality::Morton => morton_order(mesh, used, point),
         };
         let cell_at = inverse(&cell_order);
-        let vertex_at = inverse(&vertex_order);
-        let mut sums = Vec::with_capacity(tetrahedra.len());
-        let mut neighbors = Vec::with_capacity(tetrahedra.len());
+        let vertex_at = vertex_at(mesh, &vertex_order);
+        let mut sums = Vec::with_capacity(cells.len());
+        let mut neighbors = Vec::with_capacity(cells.len());
         let mut boundary = Vec::new();
         for (cell, &old) in cell_order.iter().enumerate() {
-            let ids = tetrahedra[old as usize].map(|v| vertex_at[v as usize]);
+            let ids = cells[old as usize].map(|v| vertex_at[v as usize]);
             sums.push(ids[0] ^ ids[1] ^ ids[2] ^ ids[3]);
             neighbors.push(by_id(ids).map(|corner| {
                 let neighbor = mesh.neighbors()[old as usize][corner];
@@ -87,14 +91,52 @@ impl Layout {
             cell_order,
         }
     }
+
+    /// What each cell has of its corners, by increasing vertex id, in the order of the cells.
+    pub(crate) fn of_corners<T>(&self, mesh: &TetMesh, of: impl Fn(u32) -> [T; 4]) -> Vec<[T; 4]>
+    where
+        T: Copy,
+    {
+        let vertex_at = vertex_at(mesh, &self.vertex_order);
+        let cells = self.cell_order.iter();
+        cells
+            .map(|&cell| {
+                let own = of(cell);
+                by_id(mesh.places()[cell as usize].map(|v| vertex_at[v as usize])).map(|i| own[i])
+            })
+            .collect()
+    }
+}
+
+/// The places that cells use, increasing.
+fn used(mesh: &TetMesh) -> Vec<u32> {
+    let mut is_used = vec![false; mesh.points().len()];
+    for &place in mesh.places().iter().flatten() {
+        is_used[place as usize] = true;
+    }
+    let numbered = (0..).zip(is_used);
+    numbered
+        .filter(|(_, is)| *is)
+        .map(|(place, _)| place)
+        .collect()
+}
+
+/// The vertex at each place, by the mesh's own number.
+fn vertex_at(mesh: &TetMesh, vertex_order: &[u32]) -> Vec<u32> {
+    let mut vertices = vec![0; mesh.points().len()];
+    for (vertex, &place) in (0..).zip(vertex_order) {
+        vertices[place as usize] = vertex;
+    }
+    vertices
 }
 
 /// The mesh's own number of each cell, in the order in which they are to lie in memory.
 pub(crate) fn cell_order(mesh: &TetMesh, locality: Locality) -> Vec<u32> {
     let center = |cell: u32| mesh.cell_points(cell as usize).iter().sum::<DVec3>() / 4.0;
+    let cells = (0..mesh.cell_count() as u32).collect();
     match locality {
-        Locality::AsGiven => (0..mesh.cell_count() as u32).collect(),
-        Locality::Morton => morton_order(mesh, mesh.cell_count(), center),
+        Locality::AsGiven => cells,
+        Locality::Morton => morton_order(mesh, cells, center),
     }
 }
 
@@ -121,16 +163,15 @@ pub(crate) fn inverse(order: &[u32]) -> Vec<u32> {
     places
 }
 
-/// Items 0…count by the Morton code of their position in the mesh's box.
-fn morton_order(mesh: &TetMesh, count: usize, position: impl Fn(u32) -> DVec3) -> Vec<u32> {
+/// Items by the Morton code of their position in the mesh's box.
+fn morton_order(mesh: &TetMesh, mut order: Vec<u32>, position: impl Fn(u32) -> DVec3) -> Vec<u32> {
     let bounds = mesh.bounds();
     let size = bounds.size().max_element().max(f64::MIN_POSITIVE);
     let code = |item: u32| {
-        // 21 bits an axis fill a u64. Unused points may lie outside; `as` clamps them.
+        // 21 bits an axis fill a u64.
         let p = (position(item) - bounds.min) / size * f64::from((1u32 << 21) - 1);
         spread(p.x as u32) | spread(p.y as u32) << 1 | spread(p.z as u32) << 2
     };
-    let mut order: Vec<u32> = (0..count as u32).collect();
     order.sort_by_cached_key(|&item| code(item));
     order
 }

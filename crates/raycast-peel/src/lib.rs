@@ -9,7 +9,11 @@
 //! 2. [`tiles`] lists the boundary faces where the rays of each tile may come in and
 //!    come back (3.3, 3.4); or `single/layers.rs` and `peel.wgsl` peel the boundary (3.4).
 //! 3. `raycast_peel/walk.wgsl` decides which face a ray crosses (3.2).
-//! 4. `raycast_peel/march.wgsl` follows rays and integrates (3.2, 4.2).
+//! 4. `crossings.wgsl` finds the next boundary faces of a ray, `follow.wgsl` takes it from
+//!    cell to cell, `gather.wgsl` integrates (3.2, 4.2), and `march.wgsl` is a ray's loop.
+//! 5. `single/budget.rs` bounds what one dispatch does, as devices end loops that take too long;
+//!    `single/cast.rs` records one dispatch, or as many as the rays need, with `state.wgsl`
+//!    between them.
 //!
 //! As published, a step a pass, in [`ping_pong`] and its shaders:
 //!
@@ -30,7 +34,11 @@
 //! In [`Passes::Single`]:
 //! - A ray is followed to its end in one dispatch; the paper takes a pass a step,
 //!   as its hardware had no loops. So there is no state between passes, no
-//!   occlusion query and no retirement of rays; work groups are the tiles.
+//!   occlusion query and no retirement of rays; work groups are the tiles. Where a ray passes
+//!   more cells, or crosses the boundary more often, than a dispatch may (some ten
+//!   thousand cells, some hundred parts), the picture is drawn again in several dispatches, between
+//!   which 240 bytes of each ray are kept, for 2¹⁷ rays at a time, and in which lists of
+//!   boundary faces are trees of depths. The next frames begin so.
 //! - The paper peels the boundary layer by layer with a bias of 0.1 on depths.
 //!   Here a ray finds all its boundary faces in its tile's list, or in layers that are in
 //!   the order of depth and face, and those
@@ -39,7 +47,8 @@
 //!   of products is asked of each device once (`sides` of `tetrascope-gpu`).
 //! - Scalars and depths come from positive weights of a face's corners, not from
 //!   a cell's gradient, which overshoots on slivers.
-//! - A cell takes 20 bytes instead of 144.
+//! - A cell takes 20 bytes instead of 144; where a field jumps between cells that touch without
+//!   sharing points, 16 more for the cell's own scalars.
 //!
 //! In [`Passes::PingPong`]:
 //! - Depths along rays count from a plane through the mesh, not from the eye, so that
@@ -120,6 +129,12 @@
 //! - [`Crossings::Sides`] knows the front of a face by the order of its cell's corners, which is
 //!   made the same for all cells that are joined by faces, those without volume too. A mesh that
 //!   cannot be ordered so, as it turns around like a Möbius strip, would lose rays and count them.
+//! - Points that coincide exactly are one vertex, and faces between them are passed through as
+//!   any face is. Cells that touch in another way are parts of the mesh of their own.
+//! - Rays that one dispatch does not finish cost a frame twice, once. A ray that is
+//!   given up or lost is counted and spoken of in the frame's notes.
+//! - [`Passes::PingPong`] integrates in at most 16 384 intervals of the transfer function, all in one
+//!   step.
 //! - [`Passes::PingPong`] draws no isosurfaces, depth cue or clip planes, and cannot be recorded
 //!   into the caller's encoder, as the CPU reads occlusion queries between passes.
 

@@ -26,6 +26,10 @@ use crate::single::{Segments, deepest, mapped_range, table};
 use mesh::Mesh;
 use passes::{Passes, StyledPasses};
 
+/// Intervals of the transfer function in which one step integrates: their loop takes
+/// three passes each, of at most 65 535 that llvmpipe allows (`single/budget.rs`).
+const MOST_INTERVALS: usize = 1 << 14;
+
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
 pub(crate) struct PingPong {
@@ -69,10 +73,19 @@ impl Style {
             scalars: mapped_range(&mesh.source, &mesh.scalar_map),
         };
         let table = table(gpu, appearance, &segments, options, last)?;
+        if options.integration == Integration::Exact && intervals.len() > MOST_INTERVALS {
+            return Err(Error::TooLarge {
+                what: "the transfer function with passes=ping-pong".into(),
+                needed: intervals.len() as u64,
+                limit: MOST_INTERVALS as u64,
+                unit: "intervals",
+            });
+        }
         let mut constants = vec![
             model,
             ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
             ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
+            ("JUMPS", f64::from(u8::from(!mesh.source.is_continuous()))),
         ];
         constants.extend(table.constants(segments.scalars));
         constants.extend(passes.constants());
@@ -126,9 +139,10 @@ impl VolumeRenderer for PingPong {
         let source = tetrahedra(volume)?;
         let same_kind = source.scalars().association == self.mesh.source.scalars().association;
         if source.shares_geometry(&self.mesh.source) && same_kind {
+            let jumps = source.is_continuous() != self.mesh.source.is_continuous();
             self.mesh.source = source.clone();
             // A table's program knows whether scalars leave it.
-            if self.options.integration != Integration::Exact {
+            if jumps || self.options.integration != Integration::Exact {
                 self.style = self.new_style(&self.mesh, &self.style.appearance)?;
             }
             return self.mesh.write_scalars(&self.gpu);

@@ -13,6 +13,8 @@ pub(crate) struct Rays {
     pub(crate) anchor_y: DVec3,
     pub(crate) eye: DVec3,
     pub(crate) is_point: bool,
+    /// The camera's direction, a unit vector.
+    pub(crate) forward: DVec3,
     pub(crate) eye_depth: f64,
 }
 
@@ -40,7 +42,13 @@ impl Rays {
             anchor_y,
             eye: if is_point { eye } else { forward },
             is_point,
+            forward,
             eye_depth: -depth,
         }
+    }
+
+    /// How far behind the anchors' plane a point is.
+    pub(crate) fn depth(&self, point: DVec3) -> f64 {
+        (point - self.anchor).dot(self.forward)
     }
 }

@@ -56,7 +56,14 @@ impl RaycastPeel {
     /// Records one frame into `image`, an Rgba32Float storage texture, and where there are
     /// isosurfaces their depths into `depths`, R32Float: along the ray, world units, 3e38
     /// for none. Both are as large as the view; the caller submits. What the frame
-    /// did is in the buffer returned, once the commands have run.
+    /// did is in the buffer returned, once the commands have run: six `u32`, the number of
+    /// cells passed (its lower half first), paths, rays that cross the boundary an odd number
+    /// of times, rays that were lost, and rays that were not done.
+    ///
+    /// Sixteen dispatches are recorded for each part of the picture, as nobody reads in
+    /// between whether rays are left; those that find none are empty. Only rays
+    /// through some ten thousand cells, or some thousand parts of the mesh, need
+    /// more: [`VolumeRenderer::render`] goes on until all are done.
     ///
     /// # Errors
     /// A view that is no view, and more pairs of tile and boundary face than 32 bits count.

@@ -1,34 +1,49 @@
 //! Every ray to its end in one dispatch: what is uploaded when, and what a frame records.
 
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use tetrascope_core::glam::{DAffine3, DVec3};
-use tetrascope_core::mesh::Association;
+use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
 };
-use tetrascope_gpu::look::{look, look_constants};
+use tetrascope_gpu::look::look_constants;
 use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
 use tetrascope_gpu::passes::{compute_pipeline, model_constant, module};
 use tetrascope_gpu::preintegration::{self, Table, mean_chord};
 use tetrascope_gpu::transfer_function::{Interval, intervals};
-use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
+use tetrascope_gpu::wgpu::{self, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, sides, timer};
 
 use crate::NAME;
-use crate::gpu_data::{Counters, March};
+use crate::gpu_data::{Counters, March, Progress};
 use crate::options::{Entries, RaycastOptions};
 use crate::rays::Rays;
 use crate::renderer::tetrahedra;
 use crate::tiles::{TILE, Tiles};
 
+const LABEL: &str = "raycast-peel::cast";
+
+/// Dispatches that [`Single::render`] waits for, in each of which every ray that is left gets on:
+/// more than any mesh of 32 bits needs for its cells.
+const MOST_DISPATCHES: u32 = 1 << 16;
+
+/// Dispatches that [`Single::encode`] records, as nobody reads between them what is left.
+const RECORDED: u32 = 16;
+
 /// What the shader writes for a ray that meets no surface: infinity is nothing to count on.
 const NO_SURFACE: f32 = 3e38;
 
+mod budget;
+mod cast;
 mod layers;
 mod mesh;
 
+use budget::Budget;
+use cast::{Cast, Size, Targets};
 use layers::{Layers, Peeling};
+use mesh::Kind;
 pub(crate) use mesh::{Mesh, TRANSPARENT_SCALAR, longest_edge};
 
 /// Pipelines and the uploaded mesh.
@@ -40,6 +55,8 @@ pub(crate) struct Single {
     style: Style,
     peeling: Option<Peeling>,
     timer: Option<Timer>,
+    /// Whether a frame had rays that one dispatch did not finish.
+    is_long: AtomicBool,
 }
 
 /// Where a frame's rays cross the boundary.
@@ -57,7 +74,11 @@ fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
 #[derive(Debug)]
 struct Style {
     appearance: Appearance,
+    /// For frames that one dispatch draws.
     pipeline: wgpu::ComputePipeline,
+    /// For others: most volumes never need it.
+    resuming: OnceLock<wgpu::ComputePipeline>,
+    constants: Vec<(&'static str, f64)>,
     intervals: wgpu::Texture,
     table: Table,
 }
@@ -85,14 +106,12 @@ impl Style {
         let table = table(gpu, appearance, &segments, options, last)?;
         let mut constants = constants(gpu, mesh, appearance, &intervals, options)?;
         constants.extend(table.constants(segments.scalars));
-        let pipeline = gpu.checked("raycast-peel::cast", 0, || {
-            let label = "raycast-peel::cast";
-            let program = module(gpu, label, tetrascope_shaders::raycast_peel::MARCH);
-            compute_pipeline(gpu, label, &program, Some("cs_cast"), &constants, &[])
-        })?;
+        constants.extend(Budget::new(appearance)?.constants());
         Ok(Style {
             appearance: appearance.clone(),
-            pipeline,
+            pipeline: pipeline(gpu, &constants)?,
+            resuming: OnceLock::new(),
+            constants,
             table,
             intervals: gpu.upload_texels(
                 "of the transfer function",
@@ -101,6 +120,13 @@ impl Style {
             )?,
         })
     }
+}
+
+fn pipeline(gpu: &Gpu, constants: &[(&str, f64)]) -> Result<wgpu::ComputePipeline, Error> {
+    gpu.checked(LABEL, 0, || {
+        let program = module(gpu, LABEL, tetrascope_shaders::raycast_peel::MARCH);
+        compute_pipeline(gpu, LABEL, &program, Some("cs_cast"), constants, &[])
+    })
 }
 
 /// What a table is to hold.
@@ -178,7 +204,7 @@ fn constants(
     intervals: &[Interval],
     options: &RaycastOptions,
 ) -> Result<Vec<(&'static str, f64)>, Error> {
-    let per_cell = mesh.source.scalars().association == Association::Cell;
+    let kind = Kind::of(&mesh.source);
     let layered = options.entries == Entries::PeeledLayers;
     let [clipped, cued] = look_constants(appearance);
     Ok(vec![
@@ -188,9 +214,23 @@ fn constants(
         model_constant(appearance.optical_model),
         ("INTERVAL_COUNT", intervals.len() as f64),
         ("DEEPEST", deepest(intervals, mesh.longest_edge)),
-        ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
+        ("SCALARS_PER_CELL", f64::from(u8::from(kind == Kind::Cells))),
+        ("CORNER_SCALARS", f64::from(u8::from(kind == Kind::Corners))),
         ("LAYERED", f64::from(u8::from(layered))),
     ])
+}
+
+impl Style {
+    /// The pipeline for rays that go on from dispatch to dispatch.
+    fn resuming(&self, gpu: &Gpu) -> Result<&wgpu::ComputePipeline, Error> {
+        if let Some(pipeline) = self.resuming.get() {
+            return Ok(pipeline);
+        }
+        let mut constants = self.constants.clone();
+        constants.extend([("RESUMES", 1.0), ("TREES", 1.0)]);
+        let made = pipeline(gpu, &constants)?;
+        Ok(self.resuming.get_or_init(|| made))
+    }
 }
 
 /// Three texels an interval.
@@ -230,6 +270,7 @@ impl Single {
             gpu: gpu.clone(),
             options: *options,
             timer: Timer::new(gpu)?,
+            is_long: AtomicBool::new(false),
         })
     }
 
@@ -263,17 +304,12 @@ impl Single {
         }
         let rays = Rays::new(view, &self.mesh.normalization);
         let found = Found::Lists(self.lists(view, &rays)?);
-        self.encode_march(encoder, view, &rays, &found, (image, depths))
+        self.encode_resuming(encoder, view, &rays, found, (image, depths))
     }
 
     /// The boundary faces that the rays of each tile may meet.
     fn lists(&self, view: &View, rays: &Rays) -> Result<Tiles, Error> {
-        Tiles::new(view, rays, &self.mesh.faces).ok_or_else(|| Error::TooLarge {
-            what: "the boundary faces of all tiles".into(),
-            needed: u64::from(u32::MAX) + 1,
-            limit: u64::from(u32::MAX),
-            unit: "pairs of tile and face",
-        })
+        Tiles::new(view, rays, &self.mesh.faces).ok_or_else(too_many_faces)
     }
 
     /// Where rays cross the boundary; layers are peeled here.
@@ -286,118 +322,42 @@ impl Single {
         Ok(Found::Layers(layers, lists.transpose()?))
     }
 
-    fn encode_march(
+    /// Records what draws any volume whose rays are done in so many dispatches: those that
+    /// find no ray left are empty.
+    fn encode_resuming(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         view: &View,
         rays: &Rays,
-        found: &Found,
-        (image, depths): (&wgpu::TextureView, Option<&wgpu::TextureView>),
+        found: Found,
+        targets: Targets,
     ) -> Result<wgpu::Buffer, Error> {
-        // A texel that nobody writes, where no depths are wanted: bindings must be filled.
-        let unused = match depths {
-            Some(_) => None,
-            None => Some(self.depths((1, 1))?.create_view(&Default::default())),
-        };
-        let Some(depths) = depths.or(unused.as_ref()) else {
-            return Err(Error::invalid("no texture for depths"));
-        };
-        let mut march = self.march(view, rays);
-        let (lists, layers) = match found {
-            Found::Lists(lists) => (Some(lists), layers::none(&self.gpu)?),
-            Found::Layers(layers, lists) => {
-                march.layers = layers.count;
-                if lists.is_some() {
-                    march.listed_from = layers.count;
-                }
-                (lists.as_ref(), layers.view())
+        let found = self.trees(view, rays, found)?;
+        let cast = Cast::new(self, view, rays, &found, targets, true)?;
+        let bands = cast.bands();
+        let states = cast.states(&bands)?;
+        for band in bands {
+            let mut last = cast.progress(band, false, false)?;
+            cast.record(encoder, Size::Band(band), &last, &states, None)?;
+            for dispatch in 1..RECORDED {
+                let progress = cast.progress(band, true, dispatch + 1 == RECORDED)?;
+                cast.record(encoder, Size::Left(&last), &progress, &states, None)?;
+                last = progress;
             }
+        }
+        Ok(cast.counters)
+    }
+
+    /// The same with trees in place of lists.
+    fn trees(&self, view: &View, rays: &Rays, found: Found) -> Result<Found, Error> {
+        let grown = |lists: Tiles| {
+            let trees = lists.trees(view, rays, &self.mesh.faces);
+            trees.ok_or_else(too_many_faces)
         };
-        let uniform = self
-            .gpu
-            .upload("raycast-peel::march", &[march], BufferUsages::UNIFORM)?;
-        let storage = BufferUsages::STORAGE;
-        let faces = self.gpu.upload(
-            "raycast-peel::tile_faces",
-            lists.map_or(&[][..], |tiles| &tiles.lists),
-            storage,
-        )?;
-        let (look, items) = look(
-            &self.style.appearance,
-            view,
-            &self.mesh.source.bounds(),
-            &self.mesh.normalization,
-            &self.mesh.scalar_map,
-            &DAffine3::IDENTITY,
-        );
-        let look = self
-            .gpu
-            .upload("raycast-peel::look", &[look], BufferUsages::UNIFORM)?;
-        let items = self
-            .gpu
-            .upload("raycast-peel::look_items", &items, storage)?;
-        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        let counters = self
-            .gpu
-            .upload("raycast-peel::counters", &[Counters::default()], usage)?;
-        let Style {
-            pipeline,
-            intervals,
-            table,
-            ..
-        } = &self.style;
-        let group = |index: u32, resources: &[wgpu::BindingResource]| {
-            let entries: Vec<wgpu::BindGroupEntry> = (0..)
-                .zip(resources)
-                .map(|(binding, resource)| wgpu::BindGroupEntry {
-                    binding,
-                    resource: resource.clone(),
-                })
-                .collect();
-            self.gpu
-                .device()
-                .create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some("raycast-peel::cast"),
-                    layout: &pipeline.get_bind_group_layout(index),
-                    entries: &entries,
-                })
-        };
-        let views = self.mesh.textures().map(view_of);
-        let volume = views.each_ref().map(wgpu::BindingResource::TextureView);
-        let intervals = view_of(intervals);
-        self.gpu.checked("raycast-peel::cast", 0, || {
-            let frame = [
-                uniform.as_entire_binding(),
-                wgpu::BindingResource::TextureView(image),
-                counters.as_entire_binding(),
-                faces.as_entire_binding(),
-                wgpu::BindingResource::TextureView(depths),
-                look.as_entire_binding(),
-                items.as_entire_binding(),
-                wgpu::BindingResource::TextureView(&layers),
-            ];
-            let groups = [
-                group(0, &frame),
-                group(1, &volume),
-                group(
-                    2,
-                    &[
-                        wgpu::BindingResource::TextureView(&intervals),
-                        table.binding(),
-                    ],
-                ),
-            ];
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("raycast-peel::cast"),
-                timestamp_writes: self.timer.as_ref().map(Timer::only_compute_pass),
-            });
-            pass.set_pipeline(pipeline);
-            for (index, group) in (0..).zip(&groups) {
-                pass.set_bind_group(index, group, &[]);
-            }
-            pass.dispatch_workgroups(view.width.div_ceil(TILE), view.height.div_ceil(TILE), 1);
-        })?;
-        Ok(counters)
+        Ok(match found {
+            Found::Lists(lists) => Found::Lists(grown(lists)?),
+            Found::Layers(layers, lists) => Found::Layers(layers, lists.map(grown).transpose()?),
+        })
     }
 
     /// A texture for depths.
@@ -416,6 +376,7 @@ impl Single {
             anchor_y: extended(rays.anchor_y, 0.0),
             eye: extended(rays.eye, if rays.is_point { 1.0 } else { 0.0 }),
             background: view.premultiplied_background().map(|c| c as f32),
+            forward: extended(rays.forward, 0.0),
             eye_depth: rays.eye_depth as f32,
             width: view.width,
             height: view.height,
@@ -434,7 +395,7 @@ impl VolumeRenderer for Single {
         let (gpu, old) = (&self.gpu, &self.mesh);
         let appearance = &self.style.appearance;
         let range = source.scalar_range();
-        let same_kind = source.scalars().association == old.source.scalars().association;
+        let same_kind = Kind::of(source) == Kind::of(&old.source);
         let same_geometry = source.shares_geometry(&old.source) && same_kind;
         let keeps_map = same_geometry && old.scalar_map.suits_appearance(appearance, range);
         let map = match keeps_map {
@@ -450,6 +411,7 @@ impl VolumeRenderer for Single {
             let table = Some(&self.style.table);
             self.style = Style::new(gpu, &mesh, appearance, &self.options, table)?;
         }
+        self.is_long = AtomicBool::new(false);
         self.mesh = mesh;
         Ok(())
     }
@@ -467,6 +429,7 @@ impl VolumeRenderer for Single {
         let drawn = mesh.as_ref().unwrap_or(old);
         let table = Some(&self.style.table);
         self.style = Style::new(gpu, drawn, appearance, &self.options, table)?;
+        self.is_long = AtomicBool::new(false);
         if let Some(mesh) = mesh {
             self.mesh = mesh;
         }
@@ -476,84 +439,186 @@ impl VolumeRenderer for Single {
     fn render(&self, view: &View) -> Result<Frame, Error> {
         view.validate()?;
         let start = Instant::now();
-        let image = self.gpu.texture(
+        let gpu = &self.gpu;
+        let image = gpu.texture(
             "raycast-peel::image",
             (view.width, view.height),
             TextureFormat::Rgba32Float,
             TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC,
         )?;
-        let mut encoder = self
-            .gpu
-            .device()
-            .create_command_encoder(&Default::default());
         let has_depths = self.style.appearance.optical_model == OpticalModel::Isosurfaces;
         let depths = has_depths
             .then(|| self.depths((view.width, view.height)))
             .transpose()?;
-        let depths_view = depths.as_ref().map(|d| d.create_view(&Default::default()));
-        let image_view = image.create_view(&Default::default());
         let rays = Rays::new(view, &self.mesh.normalization);
-        let found = self.find(view, &rays)?;
-        let targets = (&image_view, depths_view.as_ref());
-        let counters = self.encode_march(&mut encoder, view, &rays, &found, targets)?;
-        let gpu = &self.gpu;
-        let depths = depths
-            .as_ref()
-            .map(|texture| read_back(gpu, &mut encoder, Source::Texture(texture)))
-            .transpose()?;
-        let pixels = read_back(gpu, &mut encoder, Source::Texture(&image))?;
-        let counters = read_back(
-            gpu,
-            &mut encoder,
-            Source::Buffer(&counters, size_of::<Counters>() as u64),
-        )?;
-        // Layers were peeled before the timer began.
-        let timer = self.timer.as_ref().filter(|_| self.peeling.is_none());
-        let times = timer
-            .map(|timer| timer.resolve(gpu, &mut encoder))
-            .transpose()?;
-        let submitted = Instant::now();
-        gpu.finish(encoder)?;
-        let waited = submitted.elapsed();
-        let pixels: Vec<[f32; 4]> = pixels.read()?;
+        let mut found = self.find(view, &rays)?;
         let mut stats = FrameStats::default();
-        count(&mut stats, counters)?;
-        stats.passes = 1;
         if let Found::Layers(layers, _) = &found {
-            stats.passes += layers.passes;
+            stats.passes = layers.passes;
             stats.layers = Some(layers.full);
         }
-        stats.bytes_resident = self.bytes_resident();
-        if self.peeling.is_none() {
-            stats.gpu_seconds = timer::seconds(gpu, times, waited)?;
-        }
-        stats.cpu_seconds = start.elapsed().as_secs_f64();
-        let mut frame = Frame::new((view.width, view.height), pixels, stats);
-        if let Some(depths) = depths {
-            let mut depths: Vec<f32> = depths.read()?;
-            for depth in depths.iter_mut().filter(|depth| **depth >= NO_SURFACE) {
-                *depth = f32::INFINITY;
+        let views = (view_of(&image), depths.as_ref().map(view_of));
+        let targets = (&views.0, views.1.as_ref());
+        let mut drawn = None;
+        if !self.is_long.load(Ordering::Relaxed) {
+            let cast = Cast::new(self, view, &rays, &found, targets, false)?;
+            let (progress, room) = (cast.progress(cast.whole(), false, true)?, cast.room(1)?);
+            // Layers were peeled before the timer began.
+            let timer = self.timer.as_ref().filter(|_| self.peeling.is_none());
+            let times = timer.map(Timer::only_compute_pass);
+            let mut encoder = new_encoder(gpu);
+            let size = Size::Band(cast.whole());
+            cast.record(&mut encoder, size, &progress, &room, times)?;
+            stats.passes += 1;
+            let picture = Picture::take(gpu, encoder, &image, depths.as_ref(), &cast, timer)?;
+            match picture.counters.rays_left {
+                0 => drawn = Some(picture),
+                _ => self.is_long.store(true, Ordering::Relaxed),
             }
-            frame.depths = Some(depths);
         }
+        let picture = match drawn {
+            Some(picture) => picture,
+            None => {
+                found = self.trees(view, &rays, found)?;
+                let cast = Cast::new(self, view, &rays, &found, targets, true)?;
+                self.finish(&cast, &mut stats.passes, MOST_DISPATCHES)?;
+                let encoder = new_encoder(gpu);
+                Picture::take(gpu, encoder, &image, depths.as_ref(), &cast, None)?
+            }
+        };
+        picture.count(&mut stats);
+        stats.bytes_resident = self.bytes_resident();
+        stats.cpu_seconds = start.elapsed().as_secs_f64();
+        let mut frame = Frame::new((view.width, view.height), picture.pixels, stats);
+        frame.depths = picture.depths;
         Ok(frame)
     }
 }
 
-fn count(stats: &mut FrameStats, counters: ReadBack) -> Result<(), Error> {
-    let counters: Vec<Counters> = counters.read()?;
-    let [counters] = counters[..] else {
-        return Err(Error::Device {
+impl Single {
+    /// Dispatches until all rays are done, band by band, or `most` times for each. Returns how
+    /// many are not done.
+    fn finish(&self, cast: &Cast, passes: &mut u64, most: u32) -> Result<u32, Error> {
+        let gpu = &self.gpu;
+        let bands = cast.bands();
+        let states = cast.states(&bands)?;
+        let mut given_up = 0;
+        for band in bands {
+            for dispatch in 0..most {
+                let is_last = dispatch + 1 == most;
+                let progress = cast.progress(band, dispatch > 0, is_last)?;
+                let mut encoder = new_encoder(gpu);
+                cast.record(&mut encoder, Size::Band(band), &progress, &states, None)?;
+                *passes += 1;
+                let bytes = size_of::<Progress>() as u64;
+                let progress = read_back(gpu, &mut encoder, Source::Buffer(&progress, bytes))?;
+                gpu.finish(encoder)?;
+                let left = one::<Progress>(progress)?.rays_left;
+                if left == 0 {
+                    break;
+                }
+                given_up += if is_last { left } else { 0 };
+            }
+        }
+        Ok(given_up)
+    }
+}
+
+fn new_encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
+    gpu.device().create_command_encoder(&Default::default())
+}
+
+fn too_many_faces() -> Error {
+    Error::TooLarge {
+        what: "the boundary faces of all tiles".into(),
+        needed: u64::from(u32::MAX) + 1,
+        limit: u64::from(u32::MAX),
+        unit: "pairs of tile and face",
+    }
+}
+
+/// What a frame's dispatches left on the device.
+struct Picture {
+    pixels: Vec<[f32; 4]>,
+    depths: Option<Vec<f32>>,
+    counters: Counters,
+    gpu_seconds: Option<f64>,
+}
+
+impl Picture {
+    /// Submits what was recorded and waits for it.
+    fn take(
+        gpu: &Gpu,
+        mut encoder: wgpu::CommandEncoder,
+        image: &wgpu::Texture,
+        depths: Option<&wgpu::Texture>,
+        cast: &Cast,
+        timer: Option<&Timer>,
+    ) -> Result<Picture, Error> {
+        let depths = depths.map(|texture| read_back(gpu, &mut encoder, Source::Texture(texture)));
+        let depths = depths.transpose()?;
+        let pixels = read_back(gpu, &mut encoder, Source::Texture(image))?;
+        let bytes = size_of::<Counters>() as u64;
+        let counters = read_back(gpu, &mut encoder, Source::Buffer(&cast.counters, bytes))?;
+        let times = timer.map(|timer| timer.resolve(gpu, &mut encoder));
+        let times = times.transpose()?;
+        let submitted = Instant::now();
+        gpu.finish(encoder)?;
+        let waited = submitted.elapsed();
+        let gpu_seconds = match timer {
+            Some(_) => timer::seconds(gpu, times, waited)?,
+            None => None,
+        };
+        let finite = |depths: ReadBack| {
+            let mut depths: Vec<f32> = depths.read()?;
+            for depth in depths.iter_mut().filter(|depth| **depth >= NO_SURFACE) {
+                *depth = f32::INFINITY;
+            }
+            Ok::<_, Error>(depths)
+        };
+        Ok(Picture {
+            pixels: pixels.read()?,
+            depths: depths.map(finite).transpose()?,
+            counters: one(counters)?,
+            gpu_seconds,
+        })
+    }
+
+    fn count(&self, stats: &mut FrameStats) {
+        let counters = &self.counters;
+        let high = u64::from(counters.cell_visits_high) << 32;
+        stats.cell_visits = Some(high | u64::from(counters.cell_visits_low));
+        stats.paths = Some(counters.paths.into());
+        stats.unpaired_faces = Some(counters.unpaired_faces.into());
+        // A ray that was given up is as lost as one that came out where it should not.
+        let (lost, left) = (counters.lost_rays, counters.rays_left);
+        stats.lost_rays = Some(u64::from(lost) + u64::from(left));
+        stats.gpu_seconds = self.gpu_seconds;
+        if left > 0 {
+            stats.notes.push(format!(
+                "{left} rays were given up after many dispatches and show a part of what they \
+                 cross"
+            ));
+        }
+        if lost > 0 {
+            stats.notes.push(format!(
+                "{lost} rays came out of the mesh where they do not cross it"
+            ));
+        }
+    }
+}
+
+/// The one `T` that was read back.
+fn one<T: bytemuck::Pod>(read: ReadBack) -> Result<T, Error> {
+    match read.read::<T>()?[..] {
+        [one] => Ok(one),
+        _ => Err(Error::Device {
             reason: "the counters did not come back".into(),
-        });
-    };
-    let high = u64::from(counters.cell_visits_high) << 32;
-    stats.cell_visits = Some(high | u64::from(counters.cell_visits_low));
-    stats.paths = Some(counters.paths.into());
-    stats.unpaired_faces = Some(counters.unpaired_faces.into());
-    stats.lost_rays = Some(counters.lost_rays.into());
-    Ok(())
+        }),
+    }
 }
 
 #[cfg(test)]
 mod aimed;
+#[cfg(test)]
+mod resumed;

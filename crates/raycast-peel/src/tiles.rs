@@ -78,6 +78,82 @@ impl Tiles {
     }
 }
 
+/// Entries below one inner entry of a tree.
+const BRANCHES: usize = 8;
+
+/// In place of a face in an inner entry, `NO_FACE` of `boundary.wgsl`.
+const INNER: u32 = u32::MAX;
+
+/// A face and the depths between which rays may cross it.
+#[derive(Clone, Copy)]
+struct Deep {
+    near: f32,
+    far: f32,
+    face: u32,
+}
+
+impl Tiles {
+    /// The same lists as trees of depths, for searches that look at a few of many faces.
+    ///
+    /// A tree is in preorder, four words an entry: the least and the greatest depth of what is
+    /// below it, the place in `lists` behind all that, and a face, or [`INNER`]. Faces are
+    /// by increasing least depth. `None` if there is too much to count in 32 bits.
+    pub(crate) fn trees(&self, view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Option<Tiles> {
+        let (x, y) = (f64::from(view.width), f64::from(view.height));
+        let corners = [(0.0, 0.0), (x, 0.0), (0.0, y), (x, y)];
+        let anchors = corners.map(|(x, y)| rays.anchor + x * rays.anchor_x + y * rays.anchor_y);
+        let farthest = anchors.iter().fold(0.0, |f: f64, a| f.max(a.length()));
+        // As `BLUR`, where numbers may be larger: t is measured from an anchor.
+        let blur = BLUR * (4.0 + farthest);
+        let depths: Vec<[f32; 2]> = faces
+            .iter()
+            .map(|corners| {
+                let [a, b, c] = corners.map(|corner| rays.depth(corner.as_dvec3()));
+                let near = a.min(b).min(c) - blur;
+                let far = a.max(b).max(c) + blur;
+                [(near as f32).next_down(), (far as f32).next_up()]
+            })
+            .collect();
+        let count = *self.lists.first()? as usize - 1;
+        let mut lists = vec![0; count + 1];
+        let mut deep = Vec::new();
+        for tile in 0..count {
+            lists[tile] = u32::try_from(lists.len()).ok()?;
+            let [begin, end] = [0, 1].map(|i| self.lists[tile + i] as usize);
+            deep.clear();
+            deep.extend(self.lists[begin..end].iter().map(|&face| {
+                let [near, far] = depths[face as usize];
+                Deep { near, far, face }
+            }));
+            deep.sort_unstable_by(|a, b| a.near.total_cmp(&b.near).then(a.face.cmp(&b.face)));
+            grow(&deep, &mut lists);
+        }
+        lists[count] = u32::try_from(lists.len()).ok()?;
+        Some(Tiles { lists })
+    }
+}
+
+/// Adds the tree of `faces` to `lists`.
+fn grow(faces: &[Deep], lists: &mut Vec<u32>) {
+    let mut part = 1;
+    while part * BRANCHES < faces.len() {
+        part *= BRANCHES;
+    }
+    for below in faces.chunks(part) {
+        let place = lists.len();
+        let far = below
+            .iter()
+            .fold(f32::NEG_INFINITY, |far, d| far.max(d.far));
+        let face = if part == 1 { below[0].face } else { INNER };
+        lists.extend([below[0].near.to_bits(), far.to_bits(), 0, face]);
+        if part > 1 {
+            grow(below, lists);
+        }
+        // A place beyond 32 bits is refused where the tile ends.
+        lists[place + 2] = lists.len() as u32;
+    }
+}
+
 /// The tiles whose rays may meet a face; `None` if it is beside the image.
 fn rectangle(rays: &Rays, corners: &[Vec3; 3], [columns, rows]: [u32; 2]) -> Option<Rectangle> {
     let tile = f64::from(TILE);

@@ -72,3 +72,8 @@ fn scalar_after(before: f32, leaving: Leaving) -> f32 {
 fn scalar_between(cell: vec2i, ray: Ray, state: vec4f, leaving: Leaving, lambda: f32) -> f32 {
     return scalar_at(cell, ray, lambda);
 }
+
+// The cell's own scalar where the ray of `state` comes in.
+fn scalar_where_entered(cell: vec2i, ray: Ray, state: vec4f) -> f32 {
+    return scalar_at(cell, ray, state.z);
+}

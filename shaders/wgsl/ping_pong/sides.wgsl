@@ -33,43 +33,64 @@ fn outward(shear: Shear) -> i32 {
     return select(-1, 1, shear.depth > 0.0);
 }
 
+// A face of a cell: 0 to 3, opposite that vertex, or none.
+const NONE: u32 = 4u;
+
+// The one face whose edges a ray passes on the side `turn`.
+fn face_of(s: Sides, turn: i32) -> u32 {
+    let first = s.of_first == vec3<bool>(turn > 0); // 01, 02, 03
+    let rest = s.of_rest == vec3<bool>(turn > 0);   // 12, 13, 23
+    // Faces 123, 032, 013, 021: `FACES` of tetrascope_core::mesh.
+    let is0 = rest.x & rest.z & !rest.y;
+    let is1 = first.z & !rest.z & !first.y;
+    let is2 = first.x & rest.y & !first.z;
+    let is3 = first.y & !rest.x & !first.x;
+    return select(select(select(select(NONE, 3u, is3), 2u, is2), 1u, is1), 0u, is0);
+}
+
+// λ and scalar where a ray crosses such a face.
+fn crossing_of(face: u32, v: Corners, shear: Shear, turn: i32) -> vec2f {
+    var a = v.v0;
+    var b = v.v3;
+    var c = v.v2;
+    if face == 0u {
+        a = v.v1;
+        b = v.v2;
+        c = v.v3;
+    } else if face == 2u {
+        b = v.v1;
+        c = v.v3;
+    } else if face == 3u {
+        b = v.v2;
+        c = v.v1;
+    }
+    return crossing_point(a, b, c, f32(turn)) * vec2f(shear.depth, 1.0);
+}
+
 // The one face that the ray goes out through.
 fn leave(cell: vec2i, ray: Ray) -> Leaving {
     let shear = shear_of(ray.anchor, ray.direction);
     let v = corners_of(cell, shear);
     let turn = outward(shear);
-    let s = sides(v.v0.xy, v.v1.xy, v.v2.xy, v.v3.xy);
-    // Whether edges pass as those of a face that the ray goes out through.
-    let first = s.of_first == vec3<bool>(turn > 0); // 01, 02, 03
-    let rest = s.of_rest == vec3<bool>(turn > 0);   // 12, 13, 23
-    // Faces 123, 032, 013, 021: `FACES` of tetrascope_core::mesh.
-    let out0 = rest.x & rest.z & !rest.y;
-    let out1 = first.z & !rest.z & !first.y;
-    let out2 = first.x & rest.y & !first.z;
-    let out3 = first.y & !rest.x & !first.x;
-    if !(out0 || out1 || out2 || out3) {
+    let face = face_of(sides(v.v0.xy, v.v1.xy, v.v2.xy, v.v3.xy), turn);
+    if face == NONE {
         return Leaving(vec2f(OUTSIDE), FAR, 0.0);
     }
     var next = textureLoad(neighbors, cell, 0);
-    if out2 || out3 {
+    if face >= 2u {
         next = textureLoad(neighbors, cell + vec2i(1, 0), 0);
     }
-    var a = v.v0;
-    var b = v.v3;
-    var c = v.v2;
-    if out0 {
-        a = v.v1;
-        b = v.v2;
-        c = v.v3;
-    } else if out2 {
-        b = v.v1;
-        c = v.v3;
-    } else if out3 {
-        b = v.v2;
-        c = v.v1;
-    }
-    let at = crossing_point(a, b, c, f32(turn));
-    return Leaving(select(next.zw, next.xy, out0 || out2), at.x * shear.depth, at.y);
+    let at = crossing_of(face, v, shear, turn);
+    return Leaving(select(next.zw, next.xy, face == 0u || face == 2u), at.x, at.y);
+}
+
+// The cell's own scalar where the ray of `state` comes in.
+fn scalar_where_entered(cell: vec2i, ray: Ray, state: vec4f) -> f32 {
+    let shear = shear_of(ray.anchor, ray.direction);
+    let v = corners_of(cell, shear);
+    let turn = -outward(shear);
+    let face = face_of(sides(v.v0.xy, v.v1.xy, v.v2.xy, v.v3.xy), turn);
+    return crossing_of(face, v, shear, turn).y;
 }
 
 // The scalar with which the next cell begins after one in which the ray went back.

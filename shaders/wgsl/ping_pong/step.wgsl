@@ -13,6 +13,10 @@
 // Whether each cell, and not each vertex, has a scalar.
 override SCALARS_PER_CELL: bool = false;
 
+// Whether the field jumps where cells touch: then a cell begins with its own scalar, and not with
+// that where the ray left the last one.
+override JUMPS: bool = false;
+
 struct Stepped {
     @location(0) state: vec4f,
     @location(1) color: vec4f,
@@ -47,6 +51,8 @@ fn fs_step(@builtin(position) position: vec4f) -> Stepped {
     var begin = state.z;
     if SCALARS_PER_CELL {
         front = back;
+    } else if JUMPS {
+        front = scalar_where_entered(cell, ray, state);
     } else if front >= TRANSPARENT_SCALAR {
         front = scalar_between(cell, ray, state, leaving, begin);
     }
@@ -54,7 +60,7 @@ fn fs_step(@builtin(position) position: vec4f) -> Stepped {
         // A camera in the volume sees what is before it.
         begin = min(ray.eye, leaving.lambda);
         if front < TRANSPARENT_SCALAR && !SCALARS_PER_CELL {
-            front = scalar_between(cell, ray, state, leaving, begin);
+            front = scalar_between(cell, ray, vec4f(state.xyz, front), leaving, begin);
         }
     }
     var sum = color;

@@ -6,6 +6,7 @@ struct March {
     anchor_y: vec4f,   // … and to the one below
     eye: vec4f,        // perspective: the eye, w = 1; orthographic: the direction, w = 0
     background: vec4f, // premultiplied
+    forward: vec4f,    // of the camera, a unit vector; w unused
     eye_depth: f32,    // orthographic: t of the camera's plane, seen from the anchor
     width: u32,
     height: u32,

@@ -113,6 +113,12 @@ impl PingPong {
         stats.tiles_skipped = Some((all.len() - drawn().count()) as u64);
         stats.tile_passes = steps().min().zip(steps().max()).map(|(a, b)| [a, b]);
         stats.lost_rays = Some(drawing.lost_rays);
+        if drawing.lost_rays > 0 {
+            stats.notes.push(format!(
+                "{} rays were given up in the mesh and show a part of what they cross",
+                drawing.lost_rays
+            ));
+        }
         stats.bytes_resident = self.bytes_resident();
         stats.cpu_seconds = start.elapsed().as_secs_f64();
         Ok(Picture::new(drawing.size, pixels, stats))

@@ -66,7 +66,7 @@ fn size(mesh: &TetMesh, cell: usize) -> f64 {
 /// from the same side.
 fn turns_back(mesh: &TetMesh, cell: usize, opposite: usize, next: usize) -> bool {
     let face = |cell: usize, opposite: usize| {
-        let corners = mesh.tetrahedra()[cell];
+        let corners = mesh.places()[cell];
         FACES[opposite].map(|corner| corners[corner])
     };
     let own = face(cell, opposite);

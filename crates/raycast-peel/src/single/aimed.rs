@@ -6,11 +6,14 @@
 //! origin, and in layers so thin that jitter turns cells inside out.
 
 use tetrascope_core::{Knot, TransferFunction, VolumeRenderer as _};
+use tetrascope_gpu::look::look;
 use tetrascope_gpu::passes::{compute_pipeline, module};
 use tetrascope_gpu::testing;
+use tetrascope_gpu::wgpu::BufferUsages;
 
 use tetrascope_core::Scalars;
-use tetrascope_core::glam::Vec3;
+use tetrascope_core::glam::{DAffine3, Vec3};
+use tetrascope_core::mesh::Association;
 
 use super::*;
 
@@ -223,8 +226,9 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
     let normalization = &single.mesh.normalization;
     let intervals = intervals(&appearance.transfer_function, map, normalization);
     let intervals = intervals.expect("few knots");
-    let constants =
+    let mut constants =
         constants(gpu, &single.mesh, &appearance, &intervals, &options).expect("constants");
+    constants.extend(Budget::new(&appearance).expect("few").constants());
     let points: Vec<Vec3> = source
         .points()
         .iter()
@@ -318,8 +322,8 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
             group(
                 3,
                 &[
-                    (0, aims.as_entire_binding()),
-                    (1, traces.as_entire_binding()),
+                    (2, aims.as_entire_binding()),
+                    (3, traces.as_entire_binding()),
                 ],
             ),
         ];

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{Error, Scalars, TetMesh};
+use tetrascope_core::{Error, TetMesh};
 use tetrascope_gpu::passes::{TEXELS, compute_pipeline, group, layout, module, write_texels};
 use tetrascope_gpu::wgpu::{self, ShaderStages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
@@ -21,7 +21,29 @@ pub(crate) const TRANSPARENT_SCALAR: f32 = 1e38;
 const VERTEX: TextureFormat = TextureFormat::Rgba32Float;
 const SCALAR: TextureFormat = TextureFormat::R32Float;
 
-/// A mesh in lists of texels, with 20 bytes a cell, 16 a vertex and 16 a boundary face.
+/// Where a field's scalars are on the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// With the vertices.
+    Vertices,
+    /// One of each cell.
+    Cells,
+    /// Four of each cell, as the field jumps where cells touch.
+    Corners,
+}
+
+impl Kind {
+    pub(crate) fn of(mesh: &TetMesh) -> Kind {
+        match mesh.scalars().association {
+            Association::Cell => Kind::Cells,
+            Association::Point if mesh.is_continuous() => Kind::Vertices,
+            Association::Point => Kind::Corners,
+        }
+    }
+}
+
+/// A mesh in lists of texels, with 20 bytes a cell, 16 a vertex and 16 a boundary face; and 4 a
+/// cell for cell data, 16 for a field that jumps.
 #[derive(Clone, Debug)]
 pub(crate) struct Mesh {
     pub(crate) source: TetMesh,
@@ -34,7 +56,7 @@ pub(crate) struct Mesh {
     pub(crate) longest_edge: f32,
     /// Position, and scalar of point data.
     vertices: wgpu::Texture,
-    /// Of each cell, for cell data; else a texel that nobody reads.
+    /// Of each cell, for cell data and fields that jump; else a texel that nobody reads.
     scalars: wgpu::Texture,
     sums: wgpu::Texture,
     neighbors: wgpu::Texture,
@@ -53,19 +75,18 @@ impl Mesh {
         let position = |&point: &u32| normalization.position(source.points()[point as usize]);
         let positions: Vec<Vec3> = layout.vertex_order.iter().map(position).collect();
         let corners = |face: &[u32; 4]| [0, 1, 2].map(|i| positions[face[i] as usize]);
-        let mapped = mapped(source, &scalar_map, &layout);
-        let (of_points, of_cells) = match source.scalars().association {
-            Association::Point => (mapped, vec![0.0]),
-            Association::Cell => (vec![0.0; positions.len()], mapped),
+        let of_vertices = match Kind::of(source) {
+            Kind::Vertices => of_vertices(source, &scalar_map, &layout),
+            _ => vec![0.0; positions.len()],
         };
-        let vertices = positions.iter().zip(&of_points);
+        let vertices = positions.iter().zip(&of_vertices);
         let vertices: Vec<[f32; 4]> = vertices.map(|(p, &s)| p.extend(s).to_array()).collect();
         let ids = TextureFormat::Rgba32Uint;
         Ok(Mesh {
             longest_edge: longest_edge(source, &normalization),
             faces: layout.boundary.iter().map(corners).collect(),
             vertices: gpu.upload_texels("of vertices", VERTEX, &vertices)?,
-            scalars: gpu.upload_texels("of scalars", SCALAR, &of_cells)?,
+            scalars: of_cells(gpu, source, &scalar_map, &layout)?,
             sums: gpu.upload_texels("of cells", TextureFormat::R32Uint, &layout.sums)?,
             neighbors: gpu.upload_texels("of neighbors", ids, &layout.neighbors)?,
             boundary: gpu.upload_texels("of boundary faces", ids, &layout.boundary)?,
@@ -83,16 +104,18 @@ impl Mesh {
         source: &TetMesh,
         scalar_map: ScalarMap,
     ) -> Result<Mesh, Error> {
-        let mapped = mapped(source, &scalar_map, &self.layout);
-        let scalars = gpu.upload_texels("of scalars", SCALAR, &mapped)?;
         let mut mesh = Mesh {
             source: source.clone(),
             scalar_map,
             ..self.clone()
         };
-        match source.scalars().association {
-            Association::Point => mesh.vertices = merged(gpu, &self.vertices, &scalars)?,
-            Association::Cell => mesh.scalars = scalars,
+        match Kind::of(source) {
+            Kind::Vertices => {
+                let scalars = of_vertices(source, &scalar_map, &self.layout);
+                let scalars = gpu.upload_texels("of scalars", SCALAR, &scalars)?;
+                mesh.vertices = merged(gpu, &self.vertices, &scalars)?;
+            }
+            _ => mesh.scalars = of_cells(gpu, source, &scalar_map, &self.layout)?,
         }
         Ok(mesh)
     }
@@ -109,26 +132,42 @@ impl Mesh {
     }
 }
 
-/// The scalars as shaders know them, in the order of the layout.
-fn mapped(source: &TetMesh, map: &ScalarMap, layout: &Layout) -> Vec<f32> {
-    let Scalars {
-        association,
-        values,
-        ..
-    } = source.scalars();
-    let mapped = |index: usize| match values[index] {
+/// A scalar as shaders know it.
+fn mapped(map: &ScalarMap, value: f64) -> f32 {
+    match value {
         value if value.is_nan() => TRANSPARENT_SCALAR,
         value => map.scalar(value),
-    };
-    match association {
-        Association::Point => {
-            let order = layout.vertex_order.iter();
-            order.map(|&vertex| mapped(vertex as usize)).collect()
-        }
-        Association::Cell => {
+    }
+}
+
+/// The scalars of vertices.
+fn of_vertices(source: &TetMesh, map: &ScalarMap, layout: &Layout) -> Vec<f32> {
+    let values = &source.scalars().values;
+    let order = layout.vertex_order.iter();
+    order
+        .map(|&point| mapped(map, values[point as usize]))
+        .collect()
+}
+
+/// The scalars of cells.
+fn of_cells(
+    gpu: &Gpu,
+    source: &TetMesh,
+    map: &ScalarMap,
+    layout: &Layout,
+) -> Result<wgpu::Texture, Error> {
+    let label = "of scalars";
+    match Kind::of(source) {
+        Kind::Vertices => gpu.upload_texels(label, SCALAR, &[0.0_f32]),
+        Kind::Cells => {
+            let values = &source.scalars().values;
             let order = layout.cell_order.iter();
-            let cell = |&cell: &u32| mapped(source.source_cell(cell as usize));
-            order.map(cell).collect()
+            let cell = |&cell: &u32| mapped(map, values[source.source_cell(cell as usize)]);
+            gpu.upload_texels(label, SCALAR, &order.map(cell).collect::<Vec<_>>())
+        }
+        Kind::Corners => {
+            let cell = |cell: u32| source.cell_scalars(cell as usize).map(|s| mapped(map, s));
+            gpu.upload_texels(label, VERTEX, &layout.of_corners(source, cell))
         }
     }
 }

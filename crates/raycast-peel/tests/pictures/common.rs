@@ -133,6 +133,50 @@ pub(crate) fn split(mesh: &TetMesh) -> Volume {
     Volume::Mesh(split.expect("a mesh"))
 }
 
+/// The same, each cell with values of its own: some higher and steeper, some without any.
+pub(crate) fn jumping(mesh: &TetMesh) -> Volume {
+    let Volume::Mesh(split) = split(mesh) else {
+        panic!("a mesh")
+    };
+    let values = split.scalars().values.iter().enumerate();
+    let values = values.map(|(i, s)| match i / 4 % 5 {
+        0 => s * 0.8,
+        1 if i % 40 == 4 => f64::NAN,
+        j => s + 0.03 * j as f64,
+    });
+    let scalars = Scalars {
+        values: values.collect(),
+        ..split.scalars().clone()
+    };
+    let mesh = split.with_scalars(scalars).expect("as many");
+    assert!(!mesh.is_continuous());
+    Volume::Mesh(mesh)
+}
+
+/// Cubes on each other along z, of whose faces no two have the same diagonal: faces lie in
+/// one place and are not the same.
+pub(crate) fn mismatched(count: u32) -> Volume {
+    let mut points = Vec::new();
+    let mut tetrahedra = Vec::new();
+    for cube in 0..count {
+        let first = points.len() as u32;
+        for i in 0..8_u32 {
+            let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
+            let x = if cube % 2 == 0 { x } else { 1.0 - x };
+            points.push(DVec3::new(x, y, f64::from(cube) + z));
+        }
+        for [a, b] in [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]] {
+            tetrahedra.push([0, a, b, 7].map(|i| first + i));
+        }
+    }
+    let scalars = Scalars {
+        name: "s".into(),
+        association: Association::Point,
+        values: points.iter().map(|p: &DVec3| p.x + p.y + p.z).collect(),
+    };
+    Volume::Mesh(TetMesh::from_tetrahedra(points, tetrahedra, scalars).expect("a mesh"))
+}
+
 /// A mesh of these cells.
 pub(crate) fn cells(points: &[[f64; 3]], cells: &[[u32; 4]], values: &[f64]) -> Volume {
     let scalars = Scalars {

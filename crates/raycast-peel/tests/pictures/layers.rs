@@ -8,8 +8,8 @@ use tetrascope_gpu::{Gpu, testing};
 use tetrascope_raycast_peel::{Entries, Locality, RaycastOptions, RaycastPeel};
 
 use crate::common::{
-    angular_sector, cells, cutting, draw, fitted, inside, liquid_oxygen_post, ramp, renderer,
-    scene, split, stacked_plates, super_phoenix, surfaces, tilted, view,
+    angular_sector, cells, cutting, draw, fitted, inside, liquid_oxygen_post, mismatched, ramp,
+    renderer, scene, stacked_plates, super_phoenix, surfaces, tilted, view,
 };
 
 const SIDE: u32 = 32;
@@ -156,18 +156,14 @@ fn faces_in_one_place_are_all_peeled() {
     let Some(gpu) = testing::gpu("faces_in_one_place_are_all_peeled") else {
         return;
     };
-    let (volume, appearance) = scene("staircase", 23);
-    let Volume::Mesh(mesh) = &volume else {
-        panic!("a mesh")
-    };
-    let volume = split(mesh);
-    let both = Both::new(&gpu, &volume, &appearance, &RaycastOptions::default());
+    let volume = mismatched(5);
+    let both = Both::new(&gpu, &volume, &ramp(&volume), &RaycastOptions::default());
     let mut most = 0;
     for (from, view) in views(&volume) {
         let frame = both.compare(from, &view);
         most = most.max(frame.stats.layers.expect("counted"));
     }
-    // Rays cross several cells.
+    // Rays cross several cubes.
     assert!(most >= 6, "{most}");
 }
 

@@ -3,6 +3,7 @@
 mod common;
 
 mod layers;
+mod long;
 mod look;
 mod models;
 mod ping_pong;

@@ -114,9 +114,15 @@ const RMSE: f64 = 1e-5;
 /// by 2⁻²² over the sine of its angle.
 const OUTLIER: f64 = 3e-4;
 
-/// The rasterizer snaps vertices to 1/256 of a pixel and each of an edge's two ends by
-/// half of that: whether a ray this close to an edge comes in is its guess.
-const SNAP: f64 = 1.0 / 256.0;
+/// The bits of a pixel to which rasterizers snap vertices. Vulkan promises 4
+/// (`subPixelPrecisionBits` among its required limits), and SwiftShader has no more; llvmpipe and most
+/// GPUs have 8. Each of an edge's two ends moves by at most half of the grid along x and y, so
+/// whether a ray closer to an edge than the grid comes in is the rasterizer's guess.
+const SNAP_BITS: std::ops::RangeInclusive<i32> = 4..=8;
+
+/// Outliers among 1600 rays, from where many run along the lattice, where the grid has 8
+/// bits. The strip along an edge in which rays are outliers is as wide as the grid.
+const OUTLIERS: usize = 3;
 
 #[test]
 fn by_planes_a_step_a_pass_agrees_but_at_edges() {
@@ -152,12 +158,14 @@ fn by_planes_a_step_a_pass_agrees_but_at_edges() {
                 println!("{what}: rmse {rmse:.1e} of {scale:.1}, outliers {outliers:?}");
                 assert_eq!(frame.stats.lost_rays, Some(0), "{what}");
                 assert!(rmse <= RMSE * f64::from(scale), "{what}: {rmse:e}");
-                // Of 1600 rays, from where many run along the lattice.
-                assert!(outliers.len() <= 3, "{what}: {outliers:?}");
-                for pixel in outliers {
-                    let near = distance_to_edge(&volume, &view, pixel);
-                    assert!(near <= SNAP, "{what}: pixel {pixel} is {near} from an edge");
-                }
+                let away = outliers.iter();
+                let away = away.map(|&pixel| distance_to_edge(&volume, &view, pixel));
+                let away = away.fold(0.0, f64::max);
+                // The finest grid that explains them all.
+                let grid = SNAP_BITS.rev().find(|bits| away <= 0.5f64.powi(*bits));
+                let bits = grid.unwrap_or_else(|| panic!("{what}: {away} from an edge"));
+                let most = OUTLIERS << (SNAP_BITS.end() - bits);
+                assert!(outliers.len() <= most, "{what}: {bits} bits, {outliers:?}");
             }
         }
     }
