@@ -42,11 +42,9 @@ pub enum Passes {
     /// In a loop around it, in this function or in one that calls it, which is
     /// [`Passes::InAll`].
     Counted,
-    /// As often as the scene has of something, which nothing bounds.
-    Grows,
 }
 
-use Passes::{AtMost, Counted, Grows, InAll};
+use Passes::{AtMost, Counted, InAll};
 
 /// The most intervals of a transfer function on the device: one more than
 /// [`MOST_KNOTS`], as the first and the last reach beyond the knots.
@@ -57,6 +55,10 @@ const MOST_INTERVALS: u64 = MOST_KNOTS as u64 + 1;
 /// A segment that spans all of its intervals takes three passes for each: one of the loop
 /// over them, and one and a test of the loop over parts of an optical depth of 1.
 pub const MOST_KNOTS: usize = 1 << 14;
+
+/// The most passes of one dispatch of ray casting, to which the budget of
+/// `tetrascope-raycast-peel` holds itself: [`MOST_PASSES`] with room for what is before it.
+pub const MARCH_PASSES: u32 = 60_000;
 
 /// The most lights of an appearance, as `tetrascope-core` has it.
 pub const MOST_LIGHTS: usize = 256;
@@ -126,18 +128,11 @@ pub const LOOPS: &[Loop] = &[
     of("projection/pieces.wgsl", "choose_piece", AtMost(32), "bisection"),
     of("projection/segment.wgsl", "integrate_within", InAll(3 * MOST_INTERVALS + 8 * 20), "knots; as integrate of common/optics.wgsl"),
 
-    of("raycast_peel/march.wgsl", "peeled_faces", Grows, "layers"),
-    of("raycast_peel/march.wgsl", "search", Grows, "boundary faces of a tile"),
-    of("raycast_peel/march.wgsl", "follow", Grows, "cells on a ray"),
-    of("raycast_peel/march.wgsl", "gather_exactly", Grows, "knots between two cells' scalars"),
-    of("raycast_peel/march.wgsl", "trace", Grows, "paths of a ray"),
-];
-
-/// Entry points with loops that grow with the scene: program, entry point.
-pub const GROWING: &[(&str, &str)] = &[
-    ("raycast_peel::AIM", "cs_aim"),
-    ("raycast_peel::AIM", "cs_cast"),
-    ("raycast_peel::MARCH", "cs_cast"),
+    of("raycast_peel/crossings.wgsl", "peeled_faces", AtMost(16), "layers, MOST_LAYERS"),
+    of("raycast_peel/crossings.wgsl", "search", Counted, "entries of a list or tree, in trace"),
+    of("raycast_peel/follow.wgsl", "follow", Counted, "cells and intervals of a round, in trace"),
+    of("raycast_peel/march.wgsl", "trace", InAll(MARCH_PASSES as u64), "`Budget` of tetrascope-raycast-peel; what is not done is saved for the next dispatch"),
+    of("raycast_peel/march.wgsl", "trace", Counted, "ROUNDS, in the loop around it"),
 ];
 
 #[cfg(test)]

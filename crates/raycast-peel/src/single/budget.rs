@@ -17,9 +17,7 @@
 //!   tile at the same time. So batches add up, and their number is the same for all rays.
 
 use tetrascope_core::{Appearance, Error, OpticalModel};
-
-/// Passes that one dispatch may take: 65 535 with room for loops that nobody thought of.
-const PASSES: u32 = 60_000;
+use tetrascope_shaders::loops::MARCH_PASSES;
 
 /// Rounds of a batch, as in `march.wgsl`.
 const ROUNDS: u32 = 8;
@@ -87,7 +85,7 @@ impl Budget {
             passes_per_cell,
         };
         let first = budget.first_entries + 2 + budget.rounds(first_cells);
-        budget.later = PASSES.saturating_sub(once + first);
+        budget.later = MARCH_PASSES.saturating_sub(once + first);
         Ok(budget)
     }
 
@@ -143,7 +141,7 @@ mod tests {
             assert!(budget.first_cells >= 1 && budget.cells >= 1);
             let first = budget.first_entries + 2 + budget.rounds(budget.first_cells);
             let all = first + budget.later + PARTS + BEFORE;
-            assert!(all <= PASSES, "{surfaces}: {all}");
+            assert!(all <= MARCH_PASSES, "{surfaces}: {all}");
             appearance.isosurfaces = vec![surface; MOST_ITEMS + 1];
             let refused = Budget::new(&appearance);
             assert_eq!(refused.is_err(), model == OpticalModel::Isosurfaces);
