@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use naga::{Arena, Block, Expression, Function, Handle, Module, Statement};
+use naga::{Arena, Expression, Function, Handle, Module, Statement};
 
 use super::*;
 use crate::PROGRAMS;
@@ -105,8 +105,8 @@ impl Counter<'_> {
         met.passes
     }
 
-    fn block(&self, function: &Function, block: &Block, table: &[Loop], met: &mut Met) {
-        for statement in block.iter() {
+    fn block(&self, function: &Function, block: &[Statement], table: &[Loop], met: &mut Met) {
+        for (index, statement) in block.iter().enumerate() {
             match statement {
                 Statement::Block(inner) => self.block(function, inner, table, met),
                 Statement::If {
@@ -123,8 +123,16 @@ impl Counter<'_> {
                         met.passes = before;
                     }
                     self.block(function, reject, table, met);
+                    // What a pipeline returns from does nothing behind.
+                    let returns = either && matches!(accept.last(), Some(Statement::Return { .. }));
+                    if returns {
+                        self.block(function, &block[index + 1..], table, met);
+                    }
                     if either {
                         met.passes = met.passes.max(accepted);
+                    }
+                    if returns {
+                        return;
                     }
                 }
                 Statement::Switch { cases, .. } => {
