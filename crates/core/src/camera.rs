@@ -155,9 +155,10 @@ impl Camera {
         }
     }
 
-    /// A camera outside `bounds` that shows all of it, whatever the aspect.
+    /// A camera at the distance from which all of `bounds` is seen from any side.
     ///
-    /// The bounding sphere touches the image's nearer border.
+    /// The bounding sphere touches the image's nearer border, so that cameras on several
+    /// sides show the volume in one size. [`Camera::frame`] fills the picture.
     pub fn fit(bounds: &Bounds, from: CameraFit, orthographic: bool, aspect: f64) -> Camera {
         let radius = match bounds.diagonal() / 2.0 {
             r if r > 0.0 => r,
@@ -183,6 +184,169 @@ impl Camera {
             view_up,
             projection,
         }
+    }
+
+    /// A camera on the side `from` whose picture `points` fill.
+    ///
+    /// They keep [`MARGIN`] from the image's borders and touch it on two opposite sides.
+    /// The focal point lies in the middle of their depths.
+    pub fn frame(
+        points: impl IntoIterator<Item = DVec3>,
+        from: CameraFit,
+        orthographic: bool,
+        aspect: f64,
+    ) -> Camera {
+        let (toward_eye, view_up) = from.axes();
+        let half = (DEFAULT_VIEW_ANGLE.to_radians() / 2.0).tan();
+        // Slopes of the planes through the eye between which the points shall lie.
+        let inside = 1.0 - MARGIN;
+        let slopes = (half * aspect * inside, half * inside);
+        let outline = Outline::of(points, -toward_eye, view_up, slopes);
+        let [x, y, z] = [outline.x, outline.y, outline.z];
+        let radius = DVec3::new(x.length(), y.length(), z.length()).length() / 2.0;
+        // A point or nothing: any distance will do.
+        let radius = if radius > 0.0 { radius } else { 1.0 };
+        let (eye, projection) = if orthographic {
+            let scale = (y.length() / 2.0).max(x.length() / 2.0 / aspect) / inside;
+            let parallel_scale = if scale > 0.0 { scale } else { radius };
+            let depth = z.middle() - radius / half;
+            (
+                DVec3::new(x.middle(), y.middle(), depth),
+                Projection::Orthographic { parallel_scale },
+            )
+        } else {
+            let (x, depth_for_x) = outline.beside.apex(slopes.0);
+            let (y, depth_for_y) = outline.above.apex(slopes.1);
+            // Not into the nearest point, which a needle along the view would give.
+            let before = z.low - radius * NEAREST;
+            let depth = depth_for_x.min(depth_for_y).min(before);
+            (
+                DVec3::new(x, y, depth),
+                Projection::Perspective {
+                    view_angle: DEFAULT_VIEW_ANGLE,
+                },
+            )
+        };
+        let world = |p: DVec3| {
+            outline.origin + outline.right * p.x + outline.up * p.y + outline.forward * p.z
+        };
+        Camera {
+            position: world(eye),
+            focal_point: world(DVec3::new(eye.x, eye.y, z.middle())),
+            view_up,
+            projection,
+        }
+    }
+}
+
+/// The part of half an image that [`Camera::frame`] leaves free on each side.
+pub const MARGIN: f64 = 0.03;
+
+/// The least distance between the eye of [`Camera::frame`] and the nearest point, in radii
+/// of the box around the points.
+const NEAREST: f64 = 1e-3;
+
+/// How far points reach in the axes of an image, seen in a direction.
+struct Outline {
+    /// The first point, or 0 without any. The others are taken relative to it, so that
+    /// points far from 0 keep their digits.
+    origin: DVec3,
+    right: DVec3,
+    up: DVec3,
+    forward: DVec3,
+    x: Reach,
+    y: Reach,
+    z: Reach,
+    beside: Wedge,
+    above: Wedge,
+}
+
+/// The least and greatest value, in one direction.
+#[derive(Clone, Copy)]
+struct Reach {
+    low: f64,
+    high: f64,
+}
+
+impl Reach {
+    const NONE: Reach = Reach {
+        low: f64::INFINITY,
+        high: f64::NEG_INFINITY,
+    };
+
+    fn add(&mut self, value: f64) {
+        self.low = self.low.min(value);
+        self.high = self.high.max(value);
+    }
+
+    fn length(self) -> f64 {
+        self.high - self.low
+    }
+
+    fn middle(self) -> f64 {
+        self.low * 0.5 + self.high * 0.5
+    }
+}
+
+/// The two planes of a given slope that touch points from outside: w ≤ a + slope z and
+/// −w ≤ b + slope z, where w is x or y.
+#[derive(Clone, Copy)]
+struct Wedge {
+    a: f64,
+    b: f64,
+}
+
+impl Wedge {
+    const NONE: Wedge = Wedge {
+        a: f64::NEG_INFINITY,
+        b: f64::NEG_INFINITY,
+    };
+
+    fn add(&mut self, w: f64, z: f64, slope: f64) {
+        self.a = self.a.max(w - slope * z);
+        self.b = self.b.max(-w - slope * z);
+    }
+
+    /// Where the planes meet, (w, z): an eye there sees the points just between them.
+    fn apex(self, slope: f64) -> (f64, f64) {
+        (
+            self.a * 0.5 - self.b * 0.5,
+            -(self.a * 0.5 + self.b * 0.5) / slope,
+        )
+    }
+}
+
+impl Outline {
+    fn of(
+        points: impl IntoIterator<Item = DVec3>,
+        forward: DVec3,
+        view_up: DVec3,
+        slopes: (f64, f64),
+    ) -> Outline {
+        let mut points = points.into_iter().peekable();
+        let origin = points.peek().copied().unwrap_or(DVec3::ZERO);
+        let right = forward.cross(view_up).normalize();
+        let mut outline = Outline {
+            origin,
+            right,
+            up: right.cross(forward),
+            forward,
+            x: Reach::NONE,
+            y: Reach::NONE,
+            z: Reach::NONE,
+            beside: Wedge::NONE,
+            above: Wedge::NONE,
+        };
+        for point in points.chain([origin]) {
+            let p = point - origin;
+            let (x, y, z) = (p.dot(right), p.dot(outline.up), p.dot(forward));
+            outline.x.add(x);
+            outline.y.add(y);
+            outline.z.add(z);
+            outline.beside.add(x, z, slopes.0);
+            outline.above.add(y, z, slopes.1);
+        }
+        outline
     }
 }
 
@@ -242,8 +406,14 @@ impl CameraFit {
         })
     }
 
+    /// The name after `fit`, as `+x`.
+    pub fn name(self) -> &'static str {
+        let found = CameraFit::ALL.into_iter().find(|(_, fit)| *fit == self);
+        found.expect("all sides are listed").0
+    }
+
     /// Unit vectors (toward the eye, up).
-    fn axes(self) -> (DVec3, DVec3) {
+    pub fn axes(self) -> (DVec3, DVec3) {
         match self {
             CameraFit::PlusX => (DVec3::X, DVec3::Z),
             CameraFit::MinusX => (DVec3::NEG_X, DVec3::Z),
@@ -309,6 +479,75 @@ mod tests {
                         p.dot(right).abs() <= half * aspect,
                         "{name} aspect {aspect}"
                     );
+                }
+            }
+        }
+    }
+
+    /// Where `point` is in the image, each of x and y in [−1, 1] inside.
+    fn project(camera: &Camera, point: DVec3, aspect: f64) -> (f64, f64) {
+        let (right, up, forward) = camera.axes();
+        let p = point - camera.position;
+        assert!(p.dot(forward) > 0.0, "before the eye");
+        let half = match camera.projection {
+            Projection::Perspective { view_angle } => {
+                p.dot(forward) * (view_angle.to_radians() / 2.0).tan()
+            }
+            Projection::Orthographic { parallel_scale } => parallel_scale,
+        };
+        (p.dot(right) / half / aspect, p.dot(up) / half)
+    }
+
+    // Boxes of all shapes, far from the origin and near: all corners keep the margin, and
+    // the nearest ones on two opposite sides touch it.
+    #[test]
+    fn a_frame_is_filled_up_to_its_margin() {
+        let boxes = [
+            UNIT,
+            Bounds {
+                min: DVec3::new(-1e-9, 0.0, 2e-9),
+                max: DVec3::new(3e-9, 5e-9, 2.001e-9),
+            },
+            Bounds {
+                min: DVec3::new(4e6, -3e6, 100.0),
+                max: DVec3::new(4e6 + 30.0, -3e6 + 1.0, 101.0),
+            },
+        ];
+        for bounds in boxes {
+            for (name, fit) in CameraFit::ALL {
+                for orthographic in [false, true] {
+                    for aspect in [1.0, 0.25, 3.0] {
+                        let camera = Camera::frame(bounds.corners(), fit, orthographic, aspect);
+                        camera.validate().expect(name);
+                        let images = bounds.corners().map(|c| project(&camera, c, aspect));
+                        let touch = |of: fn(&(f64, f64)) -> f64| {
+                            let [low, high] = [f64::min, f64::max]
+                                .map(|fold| images.iter().map(of).reduce(fold).expect("eight"));
+                            // Coordinates of 4e6 leave f64 9 digits of the box's size.
+                            assert!(high < 1.0 - MARGIN + 1e-6, "{name} {aspect}: {high}");
+                            assert!(low > MARGIN - 1.0 - 1e-6, "{name} {aspect}: {low}");
+                            (high - (1.0 - MARGIN)).abs() < 1e-6
+                                && (low - (MARGIN - 1.0)).abs() < 1e-6
+                        };
+                        let touches = [touch(|p| p.0), touch(|p| p.1)];
+                        assert!(touches.contains(&true), "{name} {orthographic} {aspect}");
+                    }
+                }
+            }
+        }
+    }
+
+    // A needle along the view has no width: the eye still stays before its tip.
+    #[test]
+    fn a_frame_of_points_without_extent_is_a_camera() {
+        let needle = [DVec3::ZERO, DVec3::X * 5.0];
+        for points in [&needle[..], &needle[..1], &[]] {
+            for orthographic in [false, true] {
+                let points = points.iter().copied();
+                let camera = Camera::frame(points.clone(), CameraFit::PlusX, orthographic, 1.0);
+                camera.validate().expect("a camera");
+                for point in points {
+                    project(&camera, point, 1.0);
                 }
             }
         }

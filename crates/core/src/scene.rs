@@ -4,6 +4,7 @@
 //! [`SceneFile::resolve`] fills the rest from the volume and gives a [`Scene`],
 //! which is complete and prints as a scene file again.
 
+mod defaults;
 mod raw;
 
 use std::fs::File;
@@ -16,12 +17,16 @@ use serde::{Deserialize, Serialize};
 use crate::camera::DEFAULT_VIEW_ANGLE;
 use crate::colormap::Colormap;
 use crate::grid::Interpolation;
+use crate::transfer_function::OpacityRamp;
 use crate::view::{BLACK, TRANSPARENT};
 use crate::{
     Appearance, Camera, CameraFit, ClipPlane, DepthCue, DirectionalLight, Error, Isosurface, Knot,
-    Lighting, OpticalModel, Projection, TransferFunction, View, Volume,
+    Lighting, OpticalModel, Projection, TransferFunction, View, Volume, number,
 };
 
+use defaults::{default_isovalue, default_ramp};
+
+pub use defaults::{default_side, default_unit_distance};
 pub use raw::{ByteOrder, RawLayout, RawNumber};
 
 /// The version of the scene format that this crate reads and writes.
@@ -184,10 +189,12 @@ pub struct AppearanceSpec {
     /// Emission-absorption unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub optical_model: Option<OpticalModel>,
-    /// Viridis unless given; opacity rises linearly from 0 to 1 over the range.
+    /// Viridis unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colormap: Option<Colormap>,
-    /// The color map's scalars; the field's range unless given.
+    /// The color map's scalars, over which opacity rises linearly from 0 to 1. Unless
+    /// given, both are chosen by the field's values: without outliers and marks for "no
+    /// value", and clear where most of the volume has one value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
     /// The distance over which the color map's opacity counts, world units.
@@ -329,8 +336,8 @@ impl SceneFile {
         Ok(scene)
     }
 
-    /// Completes the scene for `volume`: a fitted camera, viridis over the data
-    /// range, and opacity by ParaView's unit distance.
+    /// Completes the scene for `volume`: a camera whose picture the volume fills, viridis
+    /// over the values to tell apart, and opacity by [`default_unit_distance`].
     pub fn resolve(&self, volume: &Volume) -> Result<Scene, Error> {
         let mut defaults = Vec::new();
         let model = self
@@ -339,9 +346,16 @@ impl SceneFile {
             .unwrap_or(OpticalModel::EmissionAbsorption);
         let view = self.view(volume, model, &mut defaults)?;
         view.validate()?;
-        let transfer_function = self.transfer_function(volume, model, &mut defaults)?;
+        let (_, _, forward) = view.camera.axes();
+        let (transfer_function, ramp) =
+            self.transfer_function(volume, model, forward, &mut defaults)?;
         let spec = &self.appearance;
-        let isosurfaces = isosurfaces(spec, volume, model, &transfer_function, &mut defaults)?;
+        let isovalue = || match ramp {
+            Some(ramp) => Ok(ramp),
+            None => default_ramp(volume, forward).map(|suggestion| suggestion.ramp),
+        };
+        let isovalue = || isovalue().map(|ramp| default_isovalue(&ramp));
+        let isosurfaces = isosurfaces(spec, model, isovalue, &transfer_function, &mut defaults)?;
         let lighting = Lighting {
             ambient: spec.ambient.unwrap_or(Lighting::default().ambient),
             lights: spec.lights.clone().unwrap_or_default(),
@@ -398,12 +412,14 @@ impl SceneFile {
         })
     }
 
+    /// The transfer function and, if a color map made it, the ramp of its opacity.
     fn transfer_function(
         &self,
         volume: &Volume,
         model: OpticalModel,
+        forward: DVec3,
         defaults: &mut Vec<String>,
-    ) -> Result<TransferFunction, Error> {
+    ) -> Result<(TransferFunction, Option<OpacityRamp>), Error> {
         let spec = &self.appearance;
         if let Some(knots) = &spec.transfer_function {
             if spec.colormap.is_some() || spec.range.is_some() || spec.unit_distance.is_some() {
@@ -413,15 +429,20 @@ impl SceneFile {
                     help: Some("keep one of the two ways".into()),
                 });
             }
-            return TransferFunction::new(knots.clone());
+            return Ok((TransferFunction::new(knots.clone())?, None));
         }
         let map = spec.colormap.unwrap_or_else(|| {
             defaults.push("colormap: viridis".into());
             Colormap::Viridis
         });
-        let range = match spec.range {
-            Some([low, high]) if low <= high => (low, high),
+        let mut longest_unit = f64::INFINITY;
+        let ramp = match spec.range {
+            Some([low, high]) if low <= high => OpacityRamp {
+                range: (low, high),
+                ..OpacityRamp::default()
+            },
             Some([low, high]) => {
+                let [low, high] = [low, high].map(number::exact);
                 return Err(Error::Scene {
                     at: "[appearance]".into(),
                     what: format!("range [{low}, {high}] is reversed"),
@@ -429,29 +450,31 @@ impl SceneFile {
                 });
             }
             None => {
-                let range = volume.scalar_range().ok_or_else(|| Error::Invalid {
-                    what: "the field has no finite value in any cell".into(),
-                    help: Some(
-                        "choose another field with --field; `tetrascope info` lists them".into(),
-                    ),
-                })?;
-                defaults.push(format!("range: [{}, {}], the field's", range.0, range.1));
-                range
+                let suggestion = default_ramp(volume, forward)?;
+                defaults.extend(suggestion.lines);
+                longest_unit = suggestion.longest_unit;
+                suggestion.ramp
             }
         };
         let unit_distance = spec.unit_distance.unwrap_or_else(|| {
-            let (distance, why) = default_unit_distance(volume, model);
-            defaults.push(format!("unit distance: {distance:.6}, {why}"));
+            let (mut distance, mut why) = default_unit_distance(volume, model, forward);
+            if longest_unit < distance && longest_unit > 0.0 {
+                distance = longest_unit;
+                why = "as nearly all of the volume is clear";
+            }
+            let rounded = number::rounded(distance);
+            defaults.push(format!("unit distance: {rounded}, {why}"));
             distance
         });
-        TransferFunction::from_colormap(map, range, unit_distance, COLORMAP_KNOTS)
+        let function = TransferFunction::from_ramp(map, &ramp, unit_distance, COLORMAP_KNOTS)?;
+        Ok((function, Some(ramp)))
     }
 }
 
 fn isosurfaces(
     spec: &AppearanceSpec,
-    volume: &Volume,
     model: OpticalModel,
+    default_value: impl FnOnce() -> Result<f64, Error>,
     transfer_function: &TransferFunction,
     defaults: &mut Vec<String>,
 ) -> Result<Vec<Isosurface>, Error> {
@@ -459,15 +482,10 @@ fn isosurfaces(
         Some(written) => written.clone(),
         None if model != OpticalModel::Isosurfaces => Vec::new(),
         None => {
-            let (low, high) = volume.scalar_range().ok_or_else(|| Error::Invalid {
-                what: "the field has no finite value in any cell".into(),
-                help: Some(
-                    "choose another field with --field; `tetrascope info` lists them".into(),
-                ),
-            })?;
-            let value = 0.5 * low + 0.5 * high;
+            let value = default_value()?;
             defaults.push(format!(
-                "isosurface: {value}, the middle of the field's range"
+                "isosurface: {}, in the middle of the values to tell apart",
+                number::exact(value)
             ));
             vec![IsosurfaceSpec { value, color: None }]
         }
@@ -524,11 +542,18 @@ impl CameraSpec {
                     "add position, or use fit alone",
                 );
             }
-            let fit = self.fit.unwrap_or_else(|| {
-                defaults.push("camera: fit+iso".into());
-                CameraFit::PlusIso
-            });
-            return Ok(Camera::fit(&volume.bounds(), fit, orthographic, aspect));
+            let (fit, orthographic) = match self.fit {
+                Some(fit) => (fit, orthographic),
+                None => {
+                    let (fit, why) = default_side(volume);
+                    let why = why.map_or(String::new(), |why| format!(", {why}"));
+                    defaults.push(format!("camera: fit{}{why}", fit.name()));
+                    // Near a needle's tip, perspective shows little but the tip.
+                    let parallel = !why.is_empty() && self.projection.is_none();
+                    (fit, orthographic || parallel)
+                }
+            };
+            return Ok(Camera::frame(volume.outline(), fit, orthographic, aspect));
         };
         if self.fit.is_some() {
             return refuse("fit excludes position", "keep one of the two ways");
@@ -552,29 +577,6 @@ impl CameraSpec {
             view_up: self.view_up.unwrap_or(DVec3::Y),
             projection,
         })
-    }
-}
-
-/// A distance over which the default opacity counts, world units, and the reason.
-///
-/// ParaView's rule, diagonal / ∛(cells), makes one cell of full opacity opaque.
-/// Models without hiding add up over the whole depth instead, so there the
-/// diagonal keeps the picture from burning out.
-pub fn default_unit_distance(volume: &Volume, model: OpticalModel) -> (f64, &'static str) {
-    let diagonal = volume.bounds().diagonal();
-    let (distance, why) = if model == OpticalModel::EmissionAbsorption {
-        let cells = volume.cell_count().max(1) as f64;
-        (
-            diagonal / cells.cbrt(),
-            "the bounding box's diagonal over the cube root of the cell count",
-        )
-    } else {
-        (diagonal, "the bounding box's diagonal")
-    };
-    if distance > 0.0 {
-        (distance, why)
-    } else {
-        (1.0, "as the volume has no extent")
     }
 }
 

@@ -5,9 +5,9 @@ mod intervals;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
 use crate::appearance::BRIGHTEST;
 use crate::colormap::Colormap;
+use crate::{Error, number};
 pub(crate) use intervals::{Interval, Intervals};
 
 /// A piecewise-linear map from scalar to linear RGB and extinction.
@@ -31,6 +31,72 @@ pub struct Knot {
     pub color: DVec3,
     /// Per world unit, 0 or more.
     pub extinction: f64,
+}
+
+impl Knot {
+    /// Nothing, at `scalar`.
+    fn clear(scalar: f64) -> Knot {
+        Knot {
+            scalar,
+            color: DVec3::ZERO,
+            extinction: 0.0,
+        }
+    }
+}
+
+/// How opaque each scalar is, over one unit distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OpacityRamp {
+    /// Opacity rises linearly from 0 to 1 over this range, and is constant beyond.
+    pub range: (f64, f64),
+    /// Scalars inside of the range that are clear. Opacity rises from them in both
+    /// directions, equally fast, up to 1 at the farther end of the range.
+    pub background: Option<(f64, f64)>,
+    /// Whether scalars below the range are clear and black.
+    pub clear_below: bool,
+    /// Whether scalars above the range are clear and black.
+    pub clear_above: bool,
+}
+
+impl OpacityRamp {
+    /// The opacity of `scalar` over one unit distance.
+    pub fn opacity(&self, scalar: f64) -> f64 {
+        let (low, high) = self.range;
+        if (self.clear_below && scalar < low) || (self.clear_above && scalar > high) {
+            return 0.0;
+        }
+        if low == high {
+            return 0.5;
+        }
+        let scalar = scalar.clamp(low, high);
+        let mut opacity = 0.0;
+        for (from, to) in self.slopes() {
+            if scalar >= from.0 && scalar <= to.0 {
+                let x = (scalar * 0.5 - from.0 * 0.5) / (to.0 * 0.5 - from.0 * 0.5);
+                opacity = from.1 * (1.0 - x) + to.1 * x;
+            }
+        }
+        opacity
+    }
+
+    /// Stretches on which opacity is linear, each from (scalar, opacity) to the same, by
+    /// increasing scalar.
+    fn slopes(&self) -> Vec<((f64, f64), (f64, f64))> {
+        let (low, high) = self.range;
+        let Some((from, to)) = self.background else {
+            return vec![((low, 0.0), (high, 1.0))];
+        };
+        let [below, above] = [from * 0.5 - low * 0.5, high * 0.5 - to * 0.5];
+        let farther = below.max(above);
+        let mut slopes = Vec::new();
+        if below > 0.0 {
+            slopes.push(((low, below / farther), (from, 0.0)));
+        }
+        if above > 0.0 {
+            slopes.push(((to, 0.0), (high, above / farther)));
+        }
+        slopes
+    }
 }
 
 /// Opacities are clipped here before they become extinctions, which would
@@ -63,11 +129,12 @@ impl TransferFunction {
                 );
             }
             if knot.extinction < 0.0 {
-                let what = format!("has the negative extinction {}", knot.extinction);
+                let extinction = number::exact(knot.extinction);
+                let what = format!("has the negative extinction {extinction}");
                 return wrong(i, what, "extinction is 0 (clear) or more, per world unit");
             }
             if knot.color.min_element() < 0.0 {
-                let what = format!("has the negative color {}", knot.color);
+                let what = format!("has the negative color {}", number::vector(knot.color));
                 return wrong(i, what, "colors are linear RGB, 0 or more");
             }
             if knot.color.max_element() > BRIGHTEST {
@@ -75,11 +142,12 @@ impl TransferFunction {
                 return wrong(i, what, "a picture holds colors up to 8e37; 1 is white");
             }
             if i > 0 && knot.scalar < knots[i - 1].scalar {
-                let what = format!("at {} comes after {}", knot.scalar, knots[i - 1].scalar);
+                let [this, before] = [knot, &knots[i - 1]].map(|k| number::exact(k.scalar));
+                let what = format!("at {this} comes after {before}");
                 return wrong(i, what, "sort the knots by scalar");
             }
             if i > 1 && knot.scalar == knots[i - 2].scalar {
-                let what = format!("is the third at {}", knot.scalar);
+                let what = format!("is the third at {}", number::exact(knot.scalar));
                 return wrong(
                     i,
                     what,
@@ -109,30 +177,64 @@ impl TransferFunction {
         unit_distance: f64,
         knot_count: usize,
     ) -> Result<TransferFunction, Error> {
+        let ramp = OpacityRamp {
+            range,
+            ..OpacityRamp::default()
+        };
+        TransferFunction::from_ramp(map, &ramp, unit_distance, knot_count)
+    }
+
+    /// A color map over the ramp's range with the ramp's opacity, as
+    /// [`TransferFunction::from_colormap`]; `knot_count` is for opacities from 0 to 1.
+    pub fn from_ramp(
+        map: Colormap,
+        ramp: &OpacityRamp,
+        unit_distance: f64,
+        knot_count: usize,
+    ) -> Result<TransferFunction, Error> {
         if !(unit_distance > 0.0 && unit_distance.is_finite()) {
             return Err(Error::Invalid {
-                what: format!("a unit distance of {unit_distance}"),
+                what: format!("a unit distance of {}", number::exact(unit_distance)),
                 help: Some(
                     "give the distance over which an opacity counts, world units, more than 0"
                         .into(),
                 ),
             });
         }
-        let last = knot_count.max(2) - 1;
-        let knots = (0..=last).map(|k| {
-            let x = k as f64 / last as f64;
-            Knot {
-                scalar: range.0 * (1.0 - x) + range.1 * x,
-                color: map.linear_rgb(x),
-                extinction: -(-x.min(MAX_OPACITY)).ln_1p() / unit_distance,
-            }
-        });
-        if range.0 == range.1 {
+        let (low, high) = ramp.range;
+        // Halves first: the difference of two huge ends could overflow.
+        let part = |from: f64, to: f64| (to * 0.5 - from * 0.5) / (high * 0.5 - low * 0.5);
+        let knot = |scalar: f64, position: f64, opacity: f64| Knot {
+            scalar,
+            color: map.linear_rgb(position),
+            extinction: -(-opacity.min(MAX_OPACITY)).ln_1p() / unit_distance,
+        };
+        if low == high {
             // A constant field: one knot, in the middle of the map.
-            let middle = knots.skip(last / 2).take(1).collect();
-            return TransferFunction::new(middle);
+            return TransferFunction::new(vec![knot(low, 0.5, 0.5)]);
         }
-        TransferFunction::new(knots.collect())
+        let last = knot_count.max(2) - 1;
+        let mut knots: Vec<Knot> = Vec::new();
+        if ramp.clear_below {
+            knots.push(Knot::clear(low));
+        }
+        for (from, to) in ramp.slopes() {
+            let (begin, end) = (part(low, from.0), part(low, to.0));
+            let steps = (last as f64 * (to.1 - from.1).abs()).ceil().max(1.0) as usize;
+            for k in 0..=steps {
+                let x = k as f64 / steps as f64;
+                let mix = |a: f64, b: f64| a * (1.0 - x) + b * x;
+                let next = knot(mix(from.0, to.0), mix(begin, end), mix(from.1, to.1));
+                // Where two slopes meet, one knot is enough.
+                if knots.last() != Some(&next) {
+                    knots.push(next);
+                }
+            }
+        }
+        if ramp.clear_above {
+            knots.push(Knot::clear(high));
+        }
+        TransferFunction::new(knots)
     }
 
     /// The knots, by increasing scalar; two at one scalar are a step.
@@ -269,6 +371,50 @@ mod tests {
         for k in tf.knots() {
             let alpha = -(-k.extinction * 0.25).exp_m1();
             assert!((alpha - k.scalar.min(MAX_OPACITY)).abs() < 1e-14);
+        }
+    }
+
+    // Opacity over one unit distance is |s − background| over the farther end's distance.
+    #[test]
+    fn opacity_grows_away_from_the_background_on_both_sides() {
+        let ramp = OpacityRamp {
+            range: (-1.0, 4.0),
+            background: Some((0.0, 0.5)),
+            ..OpacityRamp::default()
+        };
+        let tf = TransferFunction::from_ramp(Colormap::Viridis, &ramp, 0.25, 33).expect("valid");
+        let opacity = |scalar: f64| {
+            let (_, extinction) = tf.sample(scalar).expect("a number");
+            -(-extinction * 0.25).exp_m1()
+        };
+        for k in tf.knots() {
+            let distance = (-k.scalar).max(k.scalar - 0.5).max(0.0);
+            let expected = (distance / 3.5).min(MAX_OPACITY);
+            assert!((opacity(k.scalar) - expected).abs() < 1e-14, "{}", k.scalar);
+            let own = ramp.opacity(k.scalar).min(MAX_OPACITY);
+            assert!((own - expected).abs() < 1e-14, "{}", k.scalar);
+            let position = (k.scalar + 1.0) / 5.0;
+            let error = k.color - Colormap::Viridis.linear_rgb(position);
+            assert!(error.abs().max_element() < 1e-12, "{}", k.scalar);
+        }
+        assert_eq!([0.0, 0.2, 0.5].map(opacity), [0.0; 3]);
+        assert_eq!(tf.range(), (-1.0, 4.0));
+    }
+
+    #[test]
+    fn what_lies_beyond_the_range_may_be_clear() {
+        let ramp = OpacityRamp {
+            range: (0.0, 1.0),
+            clear_above: true,
+            background: Some((0.5, 0.5)),
+            clear_below: true,
+        };
+        let tf = TransferFunction::from_ramp(Colormap::Viridis, &ramp, 1.0, 33).expect("valid");
+        for beyond in [-1e9, -1e-9, 1.0 + 1e-9, 1e36] {
+            assert_eq!(tf.sample(beyond), Some((DVec3::ZERO, 0.0)), "{beyond}");
+        }
+        for inside in [1e-9, 1.0 - 1e-9] {
+            assert!(tf.sample(inside).expect("a number").1 > 5.0, "{inside}");
         }
     }
 

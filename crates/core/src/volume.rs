@@ -45,6 +45,33 @@ impl Volume {
         }
     }
 
+    /// Points whose convex hull is that of the volume.
+    pub fn outline(&self) -> Box<dyn Iterator<Item = DVec3> + '_> {
+        match self {
+            Volume::Mesh(mesh) => {
+                let corners = mesh.tetrahedra().iter().flatten();
+                Box::new(corners.map(|&point| mesh.points()[point as usize]))
+            }
+            Volume::Grid(grid) => Box::new(grid.lattice().corners().into_iter()),
+            Volume::Stream(stream) => Box::new(stream.source().lattice().corners().into_iter()),
+        }
+    }
+
+    /// Three edges of the box around the volume, world units: a mesh's box has the world's
+    /// axes, a grid's its own.
+    pub fn box_axes(&self) -> [DVec3; 3] {
+        let lattice = match self {
+            Volume::Mesh(mesh) => {
+                let size = mesh.bounds().size();
+                return [DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z];
+            }
+            Volume::Grid(grid) => *grid.lattice(),
+            Volume::Stream(stream) => stream.source().lattice(),
+        };
+        let [origin, x, y, _, z, ..] = lattice.corners();
+        [x, y, z].map(|corner| corner - origin)
+    }
+
     /// How many cells (tetrahedra or voxel cells) there are.
     pub fn cell_count(&self) -> usize {
         match self {

@@ -1,12 +1,22 @@
-//! Why a picture shows nothing.
+//! Why a picture shows nothing, or hardly anything.
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::{Appearance, Bounds, Error, Frame, OpticalModel, Ray, View, Volume};
+use tetrascope_core::{
+    Appearance, Bounds, Camera, Error, Frame, OpticalModel, Projection, Ray, View, Volume, number,
+};
 
 /// Half a step of an 8-bit image: nothing below it can be seen in a PNG.
 const INVISIBLE: f32 = 0.5 / 255.0;
 
-/// Why `frame` shows nothing but the background, or `None` if it shows something.
+/// A picture that changes no pixel's opacity or color by more than this is faint.
+const FAINT: f32 = 0.1;
+
+/// The same for light alone on a black background, where linear 0.02 is a dark gray, 15 %
+/// in sRGB.
+const FAINT_LIGHT: f32 = 0.02;
+
+/// Why `frame` shows nothing but the background, or that what it shows is faint; `None` if
+/// it shows something.
 ///
 /// The reason is the first that holds of: nothing to draw, no ray meets the
 /// volume's box, the transfer function is clear everywhere, it is clear over the
@@ -20,17 +30,31 @@ pub fn explain(
     frame: &Frame,
 ) -> Option<Error> {
     let background = view.premultiplied_background().map(|c| c as f32);
-    let shows = frame.pixels.iter().any(|pixel| {
-        let channels = pixel.iter().zip(background);
-        // Not `<`, so that NaN counts as something.
-        !channels.map(|(p, b)| (p - b).abs()).all(|d| d < INVISIBLE)
-    });
-    if shows {
-        return None;
+    let mut greatest = 0.0_f32;
+    for pixel in &frame.pixels {
+        for (channel, background) in pixel.iter().zip(background) {
+            let difference = (channel - background).abs();
+            if difference.is_nan() {
+                return None; // it is something
+            }
+            greatest = greatest.max(difference);
+        }
     }
-    let (why, help) = reason(volume, appearance, view);
+    let only_light = appearance.optical_model.only_adds_light();
+    let (what, help) = if greatest < INVISIBLE {
+        let (why, help) = reason(volume, appearance, view);
+        (format!("the picture is empty: {why}"), help)
+    } else if greatest < if only_light { FAINT_LIGHT } else { FAINT } {
+        let percent = number::rounded(f64::from(100.0 * greatest));
+        (
+            format!("the picture is faint: it is at most {percent} % from the background"),
+            "lower --unit-distance, narrow --range, or look from another side with --camera".into(),
+        )
+    } else {
+        return None;
+    };
     Some(Error::Invalid {
-        what: format!("the picture is empty: {why}"),
+        what,
         help: Some(help),
     })
 }
@@ -50,19 +74,27 @@ fn reason(volume: &Volume, appearance: &Appearance, view: &View) -> (String, Str
     };
     let bounds = volume.bounds();
     if !meets(view, &bounds) {
+        let place = number::bounds(&bounds);
+        let why = match sees(view, bounds.center()) {
+            true => "the volume is thinner than a pixel in this view",
+            false => "the camera sees no cell",
+        };
         return (
-            format!(
-                "the camera sees no cell; the volume lies between {} and {}",
-                bounds.min, bounds.max
-            ),
-            "use --camera fit+iso, which fits the whole volume".into(),
+            format!("{why}; it reaches from {place}"),
+            "leave --camera out, or use another side; each shows the whole volume".into(),
         );
     }
     let model = appearance.optical_model;
     if model == OpticalModel::Isosurfaces {
-        let values: Vec<f64> = appearance.isosurfaces.iter().map(|s| s.value).collect();
+        let values = appearance.isosurfaces.iter();
+        let values: Vec<String> = values.map(|s| number::exact(s.value)).collect();
         return (
-            format!("no ray meets an isosurface of {values:?} in a field from {low} to {high}"),
+            format!(
+                "no ray meets an isosurface of {} in a field from {} to {}",
+                values.join(", "),
+                number::exact(low),
+                number::exact(high)
+            ),
             "give a value in between, for example with --isovalue, or look from elsewhere".into(),
         );
     }
@@ -85,6 +117,7 @@ fn reason(volume: &Volume, appearance: &Appearance, view: &View) -> (String, Str
     if strength(low, high) == 0.0 {
         let knots = tf.knots();
         let (first, last) = (knots[0].scalar, knots[knots.len() - 1].scalar);
+        let [first, last, low, high] = [first, last, low, high].map(number::exact);
         return (
             format!(
                 "the transfer function's {quantity} is 0 over the field's range, {low} to {high}; \
@@ -113,6 +146,24 @@ fn reason(volume: &Volume, appearance: &Appearance, view: &View) -> (String, Str
         "the rays meet the volume's box, but pass beside its cells or through clear ones".into(),
         "use --camera fit+iso and the default colors, and change one of them at a time".into(),
     )
+}
+
+/// Whether `point` lies in the image.
+fn sees(view: &View, point: DVec3) -> bool {
+    let Camera {
+        position,
+        projection,
+        ..
+    } = view.camera;
+    let (right, up, forward) = view.camera.axes();
+    let p = point - position;
+    let depth = p.dot(forward);
+    let half = match projection {
+        Projection::Perspective { view_angle } => depth * (view_angle.to_radians() / 2.0).tan(),
+        Projection::Orthographic { parallel_scale } => parallel_scale,
+    };
+    let aspect = f64::from(view.width) / f64::from(view.height);
+    depth > 0.0 && p.dot(up).abs() <= half && p.dot(right).abs() <= half * aspect
 }
 
 /// Whether the ray of any pixel meets `bounds`.
@@ -227,10 +278,36 @@ mod tests {
         let scene = SceneFile::new(VolumeSource::default())
             .resolve(&volume)
             .expect("defaults suffice");
-        for value in [0.01, f32::NAN] {
+        let explained = |value: f32| {
             let mut frame = Frame::new((2, 1), vec![[0.0; 4]; 2], FrameStats::default());
             frame.pixels[1][3] = value;
-            assert!(explain(&volume, &scene.appearance, &scene.view, &frame).is_none());
+            explain(&volume, &scene.appearance, &scene.view, &frame)
+        };
+        for value in [0.2, 1.0, f32::NAN] {
+            assert!(explained(value).is_none(), "{value}");
         }
+        let faint = explained(0.04).expect("hardly anything");
+        assert!(faint.to_string().contains("at most 4 %"), "{faint}");
+        let help = faint.help().expect("what to do");
+        assert!(
+            help.contains("--unit-distance") && help.contains("--range"),
+            "{help}"
+        );
+    }
+
+    #[test]
+    fn a_plate_on_edge_is_thinner_than_a_pixel() {
+        let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(0.3, 0.3, 1e-6)];
+        let scalars = Scalars {
+            name: "s".into(),
+            association: Association::Point,
+            values: vec![1.0, 2.0, 3.0, 4.0],
+        };
+        let mesh = TetMesh::from_tetrahedra(points, vec![[0, 1, 2, 3]], scalars);
+        let plate = Volume::Mesh(mesh.expect("valid"));
+        let edge = why(&plate, |file| {
+            file.camera.fit = Some(tetrascope_core::CameraFit::PlusX);
+        });
+        assert!(edge.contains("thinner than a pixel"), "{edge}");
     }
 }

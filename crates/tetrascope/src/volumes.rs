@@ -1,12 +1,12 @@
 //! A volume from where a scene says it is: a file or a data set.
 
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 
-use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::Interpolation;
-use tetrascope_core::mesh::{Association, type_name};
+use tetrascope_core::mesh::{Association, type_name, volume_corners};
 use tetrascope_core::scene::VolumeSource;
-use tetrascope_core::{Error, TetMesh, Volume};
+use tetrascope_core::{Bounds, Error, Scalars, TetMesh, Volume, number};
 use tetrascope_datasets::Options;
 use tetrascope_io::{FileData, GridData, MeshData, ReadOptions, read_file};
 
@@ -47,6 +47,34 @@ pub struct FieldSummary {
     pub offset: f64,
 }
 
+/// What a source holds, be there something to draw or not.
+#[derive(Clone, Debug)]
+pub enum Contents {
+    /// A volume with a field.
+    Drawable(Loaded),
+    /// A mesh without.
+    Bare(BareMesh),
+}
+
+/// A mesh of which nothing can be drawn.
+#[derive(Clone, Debug)]
+pub struct BareMesh {
+    /// What it lacks, as a sentence.
+    pub why: &'static str,
+    /// Its volume cells, if it has any, with 0 in place of a field.
+    pub mesh: Option<TetMesh>,
+    /// How many cells there are of each of VTK's types.
+    pub cells_by_type: BTreeMap<u8, usize>,
+    /// How many points there are.
+    pub points: usize,
+    /// The box around the points that cells use; around all without a cell.
+    pub bounds: Bounds,
+    /// Every scalar field that the source offers.
+    pub fields: Vec<FieldSummary>,
+    /// What was found out, repaired or left out, one sentence each.
+    pub notes: Vec<String>,
+}
+
 /// Reads or makes the volume that `source` names.
 ///
 /// # Errors
@@ -54,12 +82,27 @@ pub struct FieldSummary {
 /// [`Error::NoSuchField`] with the fields that exist; [`Error::Invalid`] for a
 /// source that names no volume, or two, or options that do not go with it.
 pub fn load(source: &VolumeSource) -> Result<Loaded, Error> {
-    check(source)?;
-    match (&source.file, &source.dataset) {
-        (Some(path), _) => from_file(path, source),
-        (None, Some(name)) => from_dataset(name, source),
-        (None, None) => Err(Error::invalid("a volume that `check` refuses")),
+    match open(source)? {
+        Opened::Mesh(data) => from_mesh(data, source),
+        Opened::Grid(data) => from_grid(data, source),
+        Opened::Dataset(name) => from_dataset(name, source),
     }
+}
+
+/// As [`load`], but a mesh without a field or without volume cells is described too.
+///
+/// # Errors
+/// As [`load`].
+pub fn examine(source: &VolumeSource) -> Result<Contents, Error> {
+    let loaded = match open(source)? {
+        Opened::Mesh(data) => match lacks(&data) {
+            Some(why) if source.field.is_none() => return Ok(Contents::Bare(bare(data, why)?)),
+            _ => from_mesh(data, source),
+        },
+        Opened::Grid(data) => from_grid(data, source),
+        Opened::Dataset(name) => from_dataset(name, source),
+    };
+    Ok(Contents::Drawable(loaded?))
 }
 
 /// Refuses a source that names no volume, or two, and options that do not go with it;
@@ -110,21 +153,98 @@ fn no_interpolation(of: &str) -> Result<(), Error> {
     )
 }
 
-fn from_file(path: &Path, source: &VolumeSource) -> Result<Loaded, Error> {
+/// What a source names, read but not yet a volume.
+enum Opened<'a> {
+    Mesh(MeshData),
+    Grid(GridData),
+    Dataset(&'a str),
+}
+
+fn open(source: &VolumeSource) -> Result<Opened<'_>, Error> {
+    check(source)?;
+    let path = match (&source.file, &source.dataset) {
+        (Some(path), _) => path,
+        (None, Some(name)) => return Ok(Opened::Dataset(name)),
+        (None, None) => return Err(Error::invalid("a volume that `check` refuses")),
+    };
     let options = ReadOptions {
         solution: source.solution.clone(),
         raw: source.raw_layout()?,
         ..ReadOptions::default()
     };
     match read_file(path, &options)? {
-        FileData::Mesh(data) => {
-            if source.interpolation.is_some() {
-                no_interpolation("the file")?;
-            }
-            from_mesh(data, source)
+        FileData::Mesh(_) if source.interpolation.is_some() => {
+            no_interpolation("the file")?;
+            Err(Error::invalid("an interpolation that was refused"))
         }
-        FileData::Grid(data) => from_grid(data, source),
+        FileData::Mesh(data) => Ok(Opened::Mesh(data)),
+        FileData::Grid(data) => Ok(Opened::Grid(data)),
     }
+}
+
+/// What a mesh lacks to be drawn.
+fn lacks(data: &MeshData) -> Option<&'static str> {
+    let is_volume = |&kind: &u8| volume_corners(kind).is_some();
+    if !data.cells.types.iter().any(is_volume) {
+        return Some("the mesh has no volume cells that can be drawn");
+    }
+    data.fields.is_empty().then_some("the mesh has no fields")
+}
+
+fn bare(mut data: MeshData, why: &'static str) -> Result<BareMesh, Error> {
+    let fields = summaries(&data, None);
+    let mut notes = std::mem::take(&mut data.notes);
+    let counts = data.cell_counts();
+    let MeshData { points, cells, .. } = data;
+    let count = points.len();
+    let mut bounds = Bounds::of(
+        cells
+            .connectivity
+            .iter()
+            .filter_map(|&point| points.get(usize::try_from(point).ok()?).copied()),
+    );
+    if bounds.is_empty() {
+        bounds = Bounds::of(points.iter().copied());
+    }
+    let has_volume = counts
+        .iter()
+        .any(|&(kind, _)| volume_corners(kind).is_some());
+    let mesh = match has_volume {
+        true => {
+            let nothing = Scalars {
+                name: String::new(),
+                association: Association::Point,
+                values: vec![0.0; count],
+            };
+            let mesh = TetMesh::new(points, &cells, nothing)?;
+            notes.extend(mesh.report().notes());
+            Some(mesh)
+        }
+        false => None,
+    };
+    Ok(BareMesh {
+        why,
+        mesh,
+        cells_by_type: counts.into_iter().collect(),
+        points: count,
+        bounds,
+        fields,
+        notes,
+    })
+}
+
+/// The fields of a mesh, of which number `chosen` is drawn.
+fn summaries(data: &MeshData, chosen: Option<usize>) -> Vec<FieldSummary> {
+    let fields = data.fields.iter().enumerate();
+    let fields = fields.map(|(i, field)| FieldSummary {
+        name: field.name.clone(),
+        association: association(field.association),
+        range: field.range,
+        drawn: chosen == Some(i),
+        missing: None,
+        offset: 0.0,
+    });
+    fields.collect()
 }
 
 fn from_mesh(mut data: MeshData, source: &VolumeSource) -> Result<Loaded, Error> {
@@ -132,16 +252,7 @@ fn from_mesh(mut data: MeshData, source: &VolumeSource) -> Result<Loaded, Error>
     let mut notes = std::mem::take(&mut data.notes);
     notes.extend(note);
     let files = std::mem::take(&mut data.files);
-    let fields = data.fields.iter().enumerate();
-    let fields = fields.map(|(i, field)| FieldSummary {
-        name: field.name.clone(),
-        association: association(field.association),
-        range: field.range,
-        drawn: i == chosen,
-        missing: None,
-        offset: 0.0,
-    });
-    let mut fields: Vec<FieldSummary> = fields.collect();
+    let mut fields = summaries(&data, Some(chosen));
     let mesh = data.into_mesh_of(chosen)?;
     fields[chosen].missing = Some(missing(&mesh.scalars().values));
     Ok(loaded(mesh, notes, fields, files))
@@ -174,7 +285,7 @@ fn from_grid(mut data: GridData, source: &VolumeSource) -> Result<Loaded, Error>
         _ => return Err(Error::invalid("a grid that is none")),
     };
     let [nx, ny, nz] = lattice.dims;
-    let DVec3 { x, y, z } = lattice.spacing;
+    let [x, y, z] = lattice.spacing.to_array().map(number::exact);
     let filled = match lattice.interpolation {
         Interpolation::Linear => "",
         Interpolation::Nearest => ", each in a cell of its own",
@@ -218,7 +329,7 @@ fn from_dataset(name: &str, source: &VolumeSource) -> Result<Loaded, Error> {
     {
         let range = field
             .range
-            .map_or(String::new(), |(low, high)| format!(" [{low}, {high}]"));
+            .map_or(String::new(), |range| format!(" {}", number::range(range)));
         return Err(Error::NoSuchField {
             name: wanted.clone(),
             available: vec![format!("{}{range} ({})", field.name, field.association)],

@@ -157,14 +157,19 @@ impl Lattice {
         self.origin + self.direction * (self.spacing * lattice)
     }
 
-    /// The box around all cells, world space.
-    pub fn bounds(&self) -> Bounds {
+    /// The eight corners of the box around all cells, world space, x fastest.
+    pub fn corners(&self) -> [DVec3; 8] {
         let first = self.first();
         let cells = self.cells().map(|c| c as f64);
-        Bounds::of((0..8).map(|corner: usize| {
+        std::array::from_fn(|corner| {
             let pick = |axis: usize| first + (corner >> axis & 1) as f64 * cells[axis];
             self.point(DVec3::new(pick(0), pick(1), pick(2)))
-        }))
+        })
+    }
+
+    /// The box around all cells, world space.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::of(self.corners())
     }
 }
 

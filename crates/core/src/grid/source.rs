@@ -78,6 +78,8 @@ pub struct GridStream {
     source: Arc<dyn BrickSource>,
     range: Option<(f64, f64)>,
     missing: u64,
+    /// Some samples, from which defaults follow.
+    picked: Arc<Vec<f64>>,
 }
 
 /// A source whose samples are interpolated in another way.
@@ -109,7 +111,7 @@ const SLAB: usize = 1 << 22;
 
 impl GridStream {
     /// Reads all samples once, slab by slab, for their range and to count those without a
-    /// value.
+    /// value; keeps about a million of them, 8 MiB, to choose a look by.
     ///
     /// # Errors
     /// What [`Lattice::validate`] refuses, and what the source fails with.
@@ -120,8 +122,10 @@ impl GridStream {
         // As many rows as fit, at least one; of a row all samples.
         let rows = (SLAB / nx).clamp(1, ny);
         let layers = (SLAB / nx / ny).clamp(1, nz);
+        let total = lattice.dims.iter().product();
         let mut range: Option<(f64, f64)> = None;
         let mut missing = 0;
+        let mut picked = Vec::new();
         for z in (0..nz).step_by(layers) {
             for y in (0..ny).step_by(rows) {
                 let samples = source.read(Region {
@@ -133,12 +137,15 @@ impl GridStream {
                     (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
                     (a, b) => a.or(b),
                 };
+                let start = nx * (y + ny * z);
+                crate::distribution::pick_samples(&samples, start, total, &mut picked);
             }
         }
         Ok(GridStream {
             source,
             range,
             missing,
+            picked: Arc::new(picked),
         })
     }
 
@@ -168,6 +175,11 @@ impl GridStream {
     /// How many samples are not finite, which is to have no value.
     pub fn missing(&self) -> u64 {
         self.missing
+    }
+
+    /// About a million samples, evenly spread; all of a smaller grid.
+    pub(crate) fn picked(&self) -> &[f64] {
+        &self.picked
     }
 }
 

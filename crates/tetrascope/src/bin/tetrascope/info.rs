@@ -2,11 +2,13 @@
 
 mod grid;
 
+use std::collections::BTreeMap;
+
 use serde_json::{Value, json};
 use tetrascope::core::mesh::{BoundaryStatistics, MeshReport, type_name};
-use tetrascope::core::scene::default_unit_distance;
-use tetrascope::core::{Bounds, Error, OpticalModel, TetMesh, Volume};
-use tetrascope::volumes::{self, FieldSummary, Loaded};
+use tetrascope::core::scene::{default_side, default_unit_distance};
+use tetrascope::core::{Bounds, Error, OpticalModel, TetMesh, Volume, number};
+use tetrascope::volumes::{self, BareMesh, Contents, FieldSummary, Loaded};
 
 use crate::args::InfoArgs;
 use crate::output::{Output, Stop};
@@ -16,33 +18,49 @@ pub(crate) fn run(args: &InfoArgs, output: &Output) -> Result<(), Stop> {
     let source = source(Some(&args.volume), &args.options)?;
     volumes::check(&source).map_err(usage)?;
     let what = format!("loading {}", args.volume.display());
-    let (loaded, _) = output.timed(&what, || volumes::load(&source))?;
-    let mesh = match &loaded.volume {
-        Volume::Mesh(mesh) => mesh,
-        Volume::Grid(grid) => {
-            return grid::print(
-                &loaded,
-                grid.lattice(),
-                grid.samples().sample_type(),
-                output,
-            );
-        }
+    let (contents, _) = output.timed(&what, || volumes::examine(&source))?;
+    let loaded = match contents {
+        Contents::Bare(bare) => return print(|| Facts::of_bare(&bare), output),
+        Contents::Drawable(loaded) => loaded,
+    };
+    match &loaded.volume {
+        Volume::Mesh(mesh) => print(|| Facts::of(&loaded, mesh), output),
+        Volume::Grid(grid) => grid::print(
+            &loaded,
+            grid.lattice(),
+            grid.samples().sample_type(),
+            output,
+        ),
         Volume::Stream(stream) => {
             let source = stream.source();
-            return grid::print(&loaded, &source.lattice(), source.sample_type(), output);
+            grid::print(&loaded, &source.lattice(), source.sample_type(), output)
         }
-        _ => return Err(Error::invalid("`info` describes meshes and grids").into()),
-    };
-    let (facts, _) = output.timed("examining the mesh", || Ok(Facts::of(&loaded, mesh)))?;
+        _ => Err(Error::invalid("`info` describes meshes and grids").into()),
+    }
+}
+
+/// Finds and prints the facts of a mesh.
+fn print<'a>(facts: impl FnOnce() -> Facts<'a>, output: &Output) -> Result<(), Stop> {
+    let (facts, _) = output.timed("examining the mesh", || Ok(facts()))?;
     if output.json() {
         return output.json_result(&facts.json());
     }
     output.lines(&facts.text())
 }
 
+/// The unit distance of a first picture.
+fn unit_distance(volume: &Volume) -> f64 {
+    let (side, _) = default_side(volume);
+    let (toward_eye, _) = side.axes();
+    default_unit_distance(volume, OpticalModel::EmissionAbsorption, -toward_eye).0
+}
+
 /// The fields, a line each.
-fn fields(loaded: &Loaded) -> Vec<String> {
+fn fields(fields: &[FieldSummary]) -> Vec<String> {
     let mut lines = vec!["fields".into()];
+    if fields.is_empty() {
+        lines.push("  no fields".into());
+    }
     for FieldSummary {
         name,
         association,
@@ -50,15 +68,15 @@ fn fields(loaded: &Loaded) -> Vec<String> {
         drawn,
         missing,
         offset,
-    } in &loaded.fields
+    } in fields
     {
         let range = match range {
-            Some((low, high)) => format!("[{low}, {high}]"),
+            Some(range) => number::range(*range),
             None => "no finite value".into(),
         };
         let offset = match offset {
             0.0 => String::new(),
-            offset => format!(" + {offset}"),
+            offset => format!(" + {}", number::exact(*offset)),
         };
         let missing = match missing {
             None | Some(0) => String::new(),
@@ -73,91 +91,111 @@ fn fields(loaded: &Loaded) -> Vec<String> {
 }
 
 /// What was noticed, a line each.
-fn notes(loaded: &Loaded) -> Vec<String> {
+fn notes(notes: &[String]) -> Vec<String> {
     let mut lines = vec!["notes".into()];
-    if loaded.notes.is_empty() {
+    if notes.is_empty() {
         lines.push("  none: no problems found".into());
     }
-    lines.extend(loaded.notes.iter().map(|note| format!("  {note}")));
+    lines.extend(notes.iter().map(|note| format!("  {note}")));
     lines
 }
 
+/// What is known about a mesh.
 struct Facts<'a> {
-    loaded: &'a Loaded,
-    mesh: &'a TetMesh,
+    cells_by_type: BTreeMap<u8, usize>,
+    points: usize,
+    fields: &'a [FieldSummary],
+    /// The one that is drawn.
+    field: Option<&'a str>,
     bounds: Bounds,
+    /// Of a mesh with volume cells.
+    cells: Option<CellFacts<'a>>,
+    /// Of a mesh that can be drawn.
+    unit_distance: Option<f64>,
+    notes: Vec<String>,
+}
+
+/// What is known about volume cells.
+struct CellFacts<'a> {
     report: MeshReport,
+    volume: f64,
     boundary: &'a BoundaryStatistics,
-    unit_distance: f64,
+}
+
+impl CellFacts<'_> {
+    fn of(mesh: &TetMesh) -> CellFacts<'_> {
+        CellFacts {
+            report: mesh.report(),
+            volume: mesh.volume(),
+            boundary: mesh.boundary_statistics(),
+        }
+    }
 }
 
 impl Facts<'_> {
     fn of<'a>(loaded: &'a Loaded, mesh: &'a TetMesh) -> Facts<'a> {
-        let model = OpticalModel::EmissionAbsorption;
+        let cells = CellFacts::of(mesh);
         Facts {
-            loaded,
-            mesh,
+            cells_by_type: cells.report.cells_by_type.clone(),
+            points: mesh.points().len(),
+            fields: &loaded.fields,
+            field: Some(&loaded.field),
             bounds: mesh.bounds(),
-            report: mesh.report(),
-            boundary: mesh.boundary_statistics(),
-            unit_distance: default_unit_distance(&loaded.volume, model).0,
+            cells: Some(cells),
+            unit_distance: Some(unit_distance(&loaded.volume)),
+            notes: loaded.notes.clone(),
+        }
+    }
+
+    fn of_bare(bare: &BareMesh) -> Facts<'_> {
+        let mut notes = vec![format!("{}: there is nothing to draw", bare.why)];
+        notes.extend(bare.notes.iter().cloned());
+        Facts {
+            cells_by_type: bare.cells_by_type.clone(),
+            points: bare.points,
+            fields: &bare.fields,
+            field: None,
+            bounds: bare.bounds,
+            cells: bare.mesh.as_ref().map(CellFacts::of),
+            unit_distance: None,
+            notes,
         }
     }
 
     fn text(&self) -> Vec<String> {
         let mut lines = vec!["cells".to_owned()];
-        for (&kind, count) in &self.report.cells_by_type {
+        for (&kind, count) in &self.cells_by_type {
             lines.push(format!("  {} × {count}", type_name(kind)));
         }
-        lines.push(format!("tetrahedra     {}", self.report.tetrahedra));
-        lines.push(format!("points         {}", self.mesh.points().len()));
-        lines.extend(fields(self.loaded));
-        let Bounds { min, max } = self.bounds;
-        lines.push(format!("bounds         {min} to {max}"));
-        lines.push(format!("volume         {}", self.mesh.volume()));
-        lines.push(format!("boundary       {}", self.shape()));
-        lines.push(format!("unit distance  {}", self.unit_distance));
-        lines.extend(notes(self.loaded));
+        if self.cells_by_type.is_empty() {
+            lines.push("  no cells".into());
+        }
+        let cells = self.cells.as_ref();
+        let tetrahedra = cells.map_or(0, |cells| cells.report.tetrahedra);
+        lines.push(format!("tetrahedra     {tetrahedra}"));
+        lines.push(format!("points         {}", self.points));
+        lines.extend(fields(self.fields));
+        if !self.bounds.is_empty() {
+            lines.push(format!("bounds         {}", number::bounds(&self.bounds)));
+        }
+        if let Some(cells) = cells {
+            lines.push(format!("volume         {}", number::rounded(cells.volume)));
+            lines.push(format!("boundary       {}", shape(cells.boundary)));
+        }
+        if let Some(distance) = self.unit_distance {
+            lines.push(format!("unit distance  {}", number::rounded(distance)));
+        }
+        lines.extend(notes(&self.notes));
         lines
     }
 
-    /// The boundary in a line.
-    fn shape(&self) -> String {
-        let b = self.boundary;
-        let convex = if b.convex { "convex" } else { "not convex" };
-        let closed = if b.closed {
-            "closed"
-        } else {
-            "not a closed surface"
-        };
-        let parts = match b.components {
-            1 => "one part".into(),
-            n => format!("{n} parts"),
-        };
-        format!(
-            "{} triangles, {convex}, {closed}, {parts}, Euler characteristic {}",
-            b.faces, b.euler_characteristic
-        )
-    }
-
     fn json(&self) -> Value {
-        let r = &self.report;
-        let b = self.boundary;
-        let types = r.cells_by_type.iter();
+        let types = self.cells_by_type.iter();
         let types = types.map(
             |(&kind, count)| json!({"vtk_type": kind, "name": type_name(kind), "count": count}),
         );
-        json!({
-            "cells": types.collect::<Vec<Value>>(),
-            "tetrahedra": r.tetrahedra,
-            "points": self.mesh.points().len(),
-            "coincident_points": r.coincident_points,
-            "joined_faces": r.joined_faces,
-            "fields": self.loaded.fields,
-            "field": self.mesh.scalars().name,
-            "bounds": [self.bounds.min, self.bounds.max],
-            "volume": self.mesh.volume(),
-            "boundary": {
+        let boundary = |b: &BoundaryStatistics| {
+            json!({
                 "faces": b.faces,
                 "edges": b.edges,
                 "vertices": b.vertices,
@@ -165,9 +203,41 @@ impl Facts<'_> {
                 "euler_characteristic": b.euler_characteristic,
                 "closed": b.closed,
                 "convex": b.convex,
-            },
+            })
+        };
+        let cells = self.cells.as_ref();
+        let bounds = [self.bounds.min, self.bounds.max];
+        json!({
+            "cells": types.collect::<Vec<Value>>(),
+            "tetrahedra": cells.map_or(0, |cells| cells.report.tetrahedra),
+            "points": self.points,
+            "coincident_points": cells.map_or(0, |cells| cells.report.coincident_points),
+            "joined_faces": cells.map_or(0, |cells| cells.report.joined_faces),
+            "fields": self.fields,
+            "field": self.field,
+            "bounds": (!self.bounds.is_empty()).then_some(bounds),
+            "volume": cells.map(|cells| cells.volume),
+            "boundary": cells.map(|cells| boundary(cells.boundary)),
             "unit_distance": self.unit_distance,
-            "notes": self.loaded.notes,
+            "notes": self.notes,
         })
     }
+}
+
+/// The boundary in a line.
+fn shape(b: &BoundaryStatistics) -> String {
+    let convex = if b.convex { "convex" } else { "not convex" };
+    let closed = if b.closed {
+        "closed"
+    } else {
+        "not a closed surface"
+    };
+    let parts = match b.components {
+        1 => "one part".into(),
+        n => format!("{n} parts"),
+    };
+    format!(
+        "{} triangles, {convex}, {closed}, {parts}, Euler characteristic {}",
+        b.faces, b.euler_characteristic
+    )
 }

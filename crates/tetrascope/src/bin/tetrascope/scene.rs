@@ -139,6 +139,9 @@ impl Request {
             .file
             .resolve(volume)
             .map_err(|error| self.in_scene(error))?;
+        for line in &mut scene.defaults {
+            *line = with_option(line);
+        }
         scene.defaults.splice(0..0, self.notes.iter().cloned());
         for line in &scene.defaults {
             output.note(format_args!("  {line}"));
@@ -201,6 +204,21 @@ pub(crate) fn usage(error: Error) -> Error {
         Error::Invalid { what, help } => Error::Usage { what, help },
         other => other,
     }
+}
+
+/// What was chosen, with the option that chooses otherwise.
+fn with_option(line: &str) -> String {
+    let option = match line.split_once(':').map_or(line, |(what, _)| what) {
+        "background" => "--background changes it",
+        "camera" => "--camera changes it",
+        "colormap" => "--colormap changes it",
+        "isosurface" => "--isovalue changes it",
+        "opacity" => "with --range it rises from the low to the high end",
+        "range" => "--range changes it",
+        "unit distance" => "--unit-distance changes it",
+        _ => return line.into(),
+    };
+    format!("{line} ({option})")
 }
 
 /// The volume that the command line names, without a scene.

@@ -3,11 +3,10 @@
 use serde_json::json;
 use tetrascope::core::glam::DMat3;
 use tetrascope::core::grid::{Interpolation, Lattice, SampleType};
-use tetrascope::core::scene::default_unit_distance;
-use tetrascope::core::{Bounds, OpticalModel};
+use tetrascope::core::number::{bounds, rounded, vector};
 use tetrascope::volumes::Loaded;
 
-use super::{fields, notes};
+use super::{fields, notes, unit_distance};
 use crate::output::{Output, Stop};
 
 /// Prints what the grid on `lattice` consists of.
@@ -19,14 +18,13 @@ pub(super) fn print(
 ) -> Result<(), Stop> {
     let [nx, ny, nz] = lattice.dims;
     let cells: usize = lattice.cells().iter().product();
-    let Bounds { min, max } = lattice.bounds();
+    let bounding_box = lattice.bounds();
     let DMat3 {
         x_axis,
         y_axis,
         z_axis,
     } = lattice.direction;
-    let model = OpticalModel::EmissionAbsorption;
-    let unit_distance = default_unit_distance(&loaded.volume, model).0;
+    let unit_distance = unit_distance(&loaded.volume);
     if output.json() {
         return output.json_result(&json!({
             "dims": lattice.dims,
@@ -39,7 +37,7 @@ pub(super) fn print(
             "origin": lattice.origin,
             "spacing": lattice.spacing,
             "axes": [x_axis, y_axis, z_axis],
-            "bounds": [min, max],
+            "bounds": [bounding_box.min, bounding_box.max],
             "unit_distance": unit_distance,
             "notes": loaded.notes,
         }));
@@ -53,17 +51,18 @@ pub(super) fn print(
         Interpolation::Nearest => "nearest, each sample fills a cell",
     };
     lines.push(format!("interpolation  {filled}"));
-    lines.extend(fields(loaded));
+    lines.extend(fields(&loaded.fields));
     let space = match loaded.space {
         Some(space) => format!("{space} (x to the left, y to the back, z to the head)"),
         None => "the file's own".into(),
     };
     lines.push(format!("space          {space}"));
-    lines.push(format!("origin         {}", lattice.origin));
-    lines.push(format!("spacing        {}", lattice.spacing));
-    lines.push(format!("axes           {x_axis}, {y_axis}, {z_axis}"));
-    lines.push(format!("bounds         {min} to {max}"));
-    lines.push(format!("unit distance  {unit_distance}"));
-    lines.extend(notes(loaded));
+    lines.push(format!("origin         {}", vector(lattice.origin)));
+    lines.push(format!("spacing        {}", vector(lattice.spacing)));
+    let axes = [x_axis, y_axis, z_axis].map(vector).join(", ");
+    lines.push(format!("axes           {axes}"));
+    lines.push(format!("bounds         {}", bounds(&bounding_box)));
+    lines.push(format!("unit distance  {}", rounded(unit_distance)));
+    lines.extend(notes(&loaded.notes));
     output.lines(&lines)
 }
