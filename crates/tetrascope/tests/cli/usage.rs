@@ -74,7 +74,7 @@ fn wrong_usage_has_its_own_code() {
 }
 
 /// Options with a value, each with values that are wrong.
-const WRONG_VALUES: [(&str, &[&str]); 19] = [
+const WRONG_VALUES: [(&str, &[&str]); 20] = [
     ("--algorithm", &["", "refrence"]),
     ("--set", &["a=b", "a", "="]),
     ("--output", &["a.jpg", "a"]),
@@ -131,6 +131,7 @@ const WRONG_VALUES: [(&str, &[&str]); 19] = [
     ),
     ("--type", &["u9"]),
     ("--byte-order", &["middle"]),
+    ("--interpolation", &["cubic", ""]),
 ];
 /// What goes with `--dims` and `--type` alone.
 const WRONG_RAW_VALUES: [(&str, &[&str]); 3] = [
@@ -184,7 +185,7 @@ fn every_wrong_value_of_every_option_is_wrong_usage() {
         let word = line
             .split_whitespace()
             .find(|word| word.starts_with("--"))?;
-        let word = word.trim_end_matches('.'); // as in 
+        let word = word.trim_end_matches('.'); // as in --verbose...
         line.trim_start().starts_with('-').then_some(word)
     });
     for option in options {
