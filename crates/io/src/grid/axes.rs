@@ -87,7 +87,8 @@ fn perpendicular(axes: [DVec3; 3]) -> Option<[DVec3; 3]> {
 pub(crate) fn rounding<'a>(words: impl Iterator<Item = &'a str>) -> f64 {
     let (mut decimals, mut digits, mut most) = (0, 0, 0.0f64);
     for word in words {
-        let Ok(number) = word.parse::<f64>() else {
+        let number = word.parse::<f64>().ok().filter(|n| n.is_finite());
+        let Some(number) = number else {
             continue;
         };
         most = most.max(number.abs());
@@ -200,5 +201,17 @@ mod tests {
         assert!(near(of("9.363e-01 2.751e-01"), 5e-5));
         assert!(near(of("1 0 0"), 0.5));
         assert!(of("0.70710678118654757 1") < 1e-15);
+    }
+
+    #[test]
+    fn numbers_beyond_floats_say_nothing_of_rounding() {
+        assert_eq!(
+            rounding(["1e999", "-inf", "nan"].into_iter()),
+            rounding([].into_iter())
+        );
+        assert_eq!(
+            rounding(["0.25", "1e999"].into_iter()),
+            rounding(["0.25"].into_iter())
+        );
     }
 }
