@@ -5,7 +5,7 @@ use tetrascope::core::glam::DVec3;
 use tetrascope::core::scene::VolumeSource;
 use tetrascope::core::{Camera, OpticalModel, Projection, Scene, SceneFile, View, Volume};
 use xtask::limits::{ROUNDING, limit, outliers};
-use xtask::testing::{Failures, algorithms, draw, drawn_by, promised, truth};
+use xtask::testing::{self, Failures, algorithms, draw, drawn_by, promised, truth};
 
 const SIDE: u32 = 96;
 
@@ -75,10 +75,6 @@ fn load(case: &Case) -> (Volume, SceneFile) {
     (volume, file)
 }
 
-fn resolve(file: &SceneFile, model: OpticalModel, volume: &Volume) -> Scene {
-    xtask::compare::resolve(file, model, volume).expect("a valid scene")
-}
-
 /// The scene's own view, the same in parallel, and one from inside.
 fn views(scene: &Scene, volume: &Volume) -> Vec<(&'static str, View)> {
     let (view, camera) = (scene.view, scene.view.camera);
@@ -121,7 +117,7 @@ fn compare(model: OpticalModel) {
     let algorithms = algorithms(model.name());
     for case in CASES {
         let (volume, file) = load(case);
-        let scene = resolve(&file, model, &volume);
+        let scene = testing::scene(&file, model, &volume);
         for (from, view) in views(&scene, &volume) {
             let expected = truth(&volume, &scene.appearance, &view);
             for algorithm in algorithms.iter().filter(|a| a.name != "reference") {
@@ -182,7 +178,7 @@ fn isosurfaces() {
 #[should_panic(expected = "greatest difference")]
 fn another_picture_fails() {
     let (volume, file) = load(&CASES[0]);
-    let scene = resolve(&file, OpticalModel::EmissionAbsorption, &volume);
+    let scene = testing::scene(&file, OpticalModel::EmissionAbsorption, &volume);
     let views = views(&scene, &volume);
     let pictures: Vec<_> = views
         .iter()

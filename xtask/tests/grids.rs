@@ -1,7 +1,8 @@
 //! A regular grid through the comparison: slicing against the exact picture.
 
-use tetrascope::core::SceneFile;
+use tetrascope::core::glam::DVec3;
 use tetrascope::core::scene::VolumeSource;
+use tetrascope::core::{Bounds, Camera, CameraFit, SceneFile};
 use xtask::compare;
 
 /// 17³ samples of a ball, as a raw file of f32 with a scene beside it.
@@ -21,6 +22,15 @@ fn scene(folder: &std::path::Path, depth_cue: Option<f64>) -> std::path::PathBuf
         ..VolumeSource::default()
     });
     (file.image.width, file.image.height) = (Some(48), Some(48));
+    // Some background is in the picture, whatever the default.
+    let bounds = Bounds {
+        min: DVec3::ZERO,
+        max: DVec3::splat((n - 1) as f64),
+    };
+    let camera = Camera::fit(&bounds, CameraFit::PlusIso, false, 1.0);
+    file.camera.position = Some(camera.position);
+    file.camera.focal_point = Some(camera.focal_point);
+    file.camera.view_up = Some(camera.view_up);
     file.appearance.unit_distance = Some(4.0);
     file.appearance.depth_cue = depth_cue;
     let path = folder.join("ball.json");

@@ -7,7 +7,7 @@
 use tetrascope::core::OpticalModel;
 use tetrascope::core::scene::VolumeSource;
 use xtask::picture::shown;
-use xtask::testing::{Failures, algorithms, check_snapshot, draw, drawn_by};
+use xtask::testing::{self, Failures, algorithms, check_snapshot, draw, drawn_by};
 
 const SIDE: u32 = 128;
 
@@ -48,7 +48,7 @@ fn pictures_are_as_reviewed() {
             let volume = tetrascope::volumes::load(&file.volume)
                 .expect("a data set")
                 .volume;
-            let scene = xtask::compare::resolve(&file, model, &volume).expect("a valid scene");
+            let scene = testing::scene(&file, model, &volume);
             let Some(frame) = draw(algorithm, "", &volume, &scene.appearance, &scene.view) else {
                 continue;
             };

@@ -104,7 +104,7 @@ fn between(times: &[u64], nanoseconds: f64) -> Option<f64> {
         [start, end] => end.checked_sub(start).filter(|t| *t > 0),
         _ => None,
     };
-    ticks.map(|t| t as f64 * nanoseconds * 1e-9)
+    ticks.map(|t| t as f64 * nanoseconds / 1e9)
 }
 
 #[cfg(test)]

@@ -154,15 +154,17 @@ fn cannot_write(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
     }
 }
 
-/// The operating system's error inside of one that names a temporary file, which is
-/// nobody's business.
+/// The error without the path of a temporary file, which is nobody's business.
+///
+/// `tempfile` 3.27 adds it to the words of the operating system's error, which it then
+/// hides.
 fn without_path(error: std::io::Error) -> std::io::Error {
-    let inner = error.get_ref().and_then(|error| error.source());
-    let inner = inner.and_then(|error| error.downcast_ref::<std::io::Error>());
-    match inner.map(|inner| (inner.raw_os_error(), inner.kind())) {
-        Some((Some(code), _)) => std::io::Error::from_raw_os_error(code),
-        Some((None, kind)) => kind.into(),
-        None => error,
+    let text = error.to_string();
+    match text.split_once(" at path ") {
+        Some((words, path)) if path.contains(PREFIX) => {
+            std::io::Error::new(error.kind(), words.to_owned())
+        }
+        _ => error,
     }
 }
 

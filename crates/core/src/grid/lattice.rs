@@ -111,7 +111,8 @@ impl Lattice {
         }
         if !spacing.recip().is_finite() {
             return Err(Error::invalid(format!(
-                "a grid's spacing must have a finite reciprocal, {spacing:?} is too small"
+                "a grid's spacing must have a finite reciprocal, ({}, {}, {}) is too small",
+                spacing.x, spacing.y, spacing.z
             )));
         }
         // Files store directions with about six digits.

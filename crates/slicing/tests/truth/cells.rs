@@ -65,7 +65,7 @@ fn cells_are_drawn_whole() {
                     ),
                 ] {
                     let frame = draw(&gpu, &grid, &look, &options, &view);
-                    assert!(shows(&frame), "{name}");
+                    assert!(shows(&frame), "{name} {model:?}");
                     let (rmse, most) = difference(&frame, &truth);
                     let bound = match model {
                         // One cell more or less, along an edge, has a color of its own.

@@ -204,5 +204,6 @@ pub(crate) fn between(a: &Frame, b: &Frame) -> (f64, f64) {
 /// That a picture shows something: its pixels differ from the background.
 pub(crate) fn shows(frame: &Frame) -> bool {
     let first = frame.pixels[0];
-    frame.pixels.iter().any(|p| (p[0] - first[0]).abs() > 0.05)
+    let differs = |p: &[f32; 4]| p.iter().zip(first).any(|(a, b)| (a - b).abs() > 0.05);
+    frame.pixels.iter().any(differs)
 }

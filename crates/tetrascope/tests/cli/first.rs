@@ -162,7 +162,7 @@ fn objects_in_a_background_are_seen_and_not_their_box() {
                 0..4 => 1e36,
                 _ => objects(p, 290.0 + noisy(p) as f32, 310.0, 270.0),
             },
-            "what is above is clear",
+            "1e36 is a mark of that",
         ),
     ];
     for (name, field, words) in cases {
