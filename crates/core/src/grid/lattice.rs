@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Bounds, Error};
+use crate::{Bounds, Error, number};
 
 /// The scalar between samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -111,8 +111,8 @@ impl Lattice {
         }
         if !spacing.recip().is_finite() {
             return Err(Error::invalid(format!(
-                "a grid's spacing must have a finite reciprocal, ({}, {}, {}) is too small",
-                spacing.x, spacing.y, spacing.z
+                "a grid's spacing must have a finite reciprocal, {} is too small",
+                number::vector(spacing)
             )));
         }
         // Files store directions with about six digits.
