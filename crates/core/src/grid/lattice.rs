@@ -112,7 +112,7 @@ impl Lattice {
         if !spacing.recip().is_finite() {
             return Err(Error::invalid(format!(
                 "a grid's spacing must have a finite reciprocal, {} is too small",
-                number::vector(spacing)
+                number::vector(*spacing)
             )));
         }
         // Files store directions with about six digits.
