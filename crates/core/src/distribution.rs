@@ -70,16 +70,16 @@ struct Share {
     volume: f64,
 }
 
-/// What [`Distribution::choose`] chose.
+/// The result of [`Distribution::choose`].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Choice {
     /// The scalars to tell apart.
     pub(crate) range: (f64, f64),
     /// Whether `range` is that of all values; else, in words, what it leaves out.
     pub(crate) left_out: Option<String>,
-    /// What lies below the range stands for no value.
+    /// Whether values below the range stand for no value.
     pub(crate) clear_below: bool,
-    /// What lies above the range stands for no value.
+    /// Whether values above the range stand for no value.
     pub(crate) clear_above: bool,
     /// Values that fill most of the volume, and the part of it that they fill.
     pub(crate) background: Option<((f64, f64), f64)>,

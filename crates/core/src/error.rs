@@ -53,7 +53,7 @@ pub enum Error {
         /// What to try.
         help: Option<String>,
     },
-    /// What is asked for is out of range, or does not go with the rest.
+    /// Values that are out of range, or do not go with the rest.
     #[error("{}", sentence(what))]
     Usage {
         /// What is wrong, with the numbers.

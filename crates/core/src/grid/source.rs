@@ -114,7 +114,7 @@ impl GridStream {
     /// value; keeps about a million of them, 8 MiB, to choose a look by.
     ///
     /// # Errors
-    /// What [`Lattice::validate`] refuses, and what the source fails with.
+    /// Those of [`Lattice::validate`], and those of the source.
     pub fn new(source: Arc<dyn BrickSource>) -> Result<GridStream, Error> {
         let lattice = source.lattice();
         lattice.validate()?;
@@ -152,7 +152,7 @@ impl GridStream {
     /// The same samples, interpolated in this way.
     ///
     /// # Errors
-    /// What [`Lattice::validate`] refuses.
+    /// Those of [`Lattice::validate`].
     pub fn interpolated(self, interpolation: Interpolation) -> Result<GridStream, Error> {
         let source: Arc<dyn BrickSource> = Arc::new(Interpolated {
             source: self.source,

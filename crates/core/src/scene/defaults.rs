@@ -1,4 +1,4 @@
-//! What is chosen for a first picture: a side to look from, a range, an opacity.
+//! The defaults of a first picture: a side to look from, a range, an opacity.
 
 use glam::DVec3;
 
@@ -132,11 +132,11 @@ pub fn default_unit_distance(
 /// that is 5 % opaque, or a twentieth of which is hidden half and more.
 const LEAST_DEPTH: f64 = 0.05;
 
-/// What the field's values suggest.
+/// The range and opacity that the field's values suggest.
 pub(super) struct Suggestion {
     /// The range of a color map and how opacity rises in it.
     pub(super) ramp: OpacityRamp,
-    /// What was chosen, a line each.
+    /// The choices in words, one line each.
     pub(super) lines: Vec<String>,
     /// The unit distance with which a ray has [`LEAST_DEPTH`] in the mean; no default is
     /// longer.
