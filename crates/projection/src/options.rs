@@ -111,7 +111,7 @@ pub enum Order {
 #[non_exhaustive]
 pub enum Sort {
     /// On the CPU where the device is one too (llvmpipe), else on the device. A frame of the
-    /// Blunt Fin's 187 395 cells takes 0.12 s of CPU time less so, and does not wait between
+    /// Blunt Fin's 187 395 cells took 0.12 s of CPU time less so, and does not wait between
     /// passes.
     Auto,
     /// By the radix sort of `tetrascope-gpu`, so that nothing is sent for a frame.
