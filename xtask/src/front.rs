@@ -41,7 +41,7 @@ environment variable CI set, a missing adapter or second driver is a failure.";
 const GPU_TESTS: [&str; 3] = ["integral", "pictures", "truth"];
 
 /// Those that draw on the second driver in CI, by parts of their names: what one driver or the
-/// other has got wrong, and closed forms. Of all, `projection`'s alone take it six minutes.
+/// other has got wrong, and closed forms. Of all, `projection`'s alone take it over five minutes.
 const SMALL: [&str; 6] = [
     "optics::",
     "analytic::",

@@ -48,7 +48,7 @@ pub fn name(text: &str) -> Cow<'_, str> {
     clip(text, LONGEST_NAME)
 }
 
-/// What `value` displays, clipped to `most` characters.
+/// The text of `value`, clipped to `most` characters.
 pub(crate) fn clipped(value: impl Display, most: usize) -> String {
     let mut start = Start {
         text: String::new(),

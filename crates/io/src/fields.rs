@@ -44,7 +44,7 @@ pub(crate) struct Array {
     pub(crate) association: Association,
     /// Numbers of a tuple; at most [`MOST_COMPONENTS`].
     pub(crate) components: usize,
-    /// What the file calls its components; may be shorter or empty.
+    /// The file's names of its components; may be shorter or empty.
     pub(crate) component_names: Vec<Option<String>>,
     pub(crate) tuples: usize,
     pub(crate) numbers: Arc<dyn Numbers>,
@@ -54,7 +54,7 @@ pub(crate) struct Array {
     pub(crate) colors: bool,
 }
 
-/// What a scalar field takes of an array's tuples.
+/// How a scalar field is made of an array's tuples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     Component(usize),

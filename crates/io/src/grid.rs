@@ -3,7 +3,7 @@
 //! Each reader turns a header into a description: where the samples lie in space, and
 //! where and how they stand in files. What follows is the same for all: lengths are
 //! checked, then samples are read a few at a time, in the type in which they were stored.
-//! What is in a file besides space, frames and components, is a field for each entry.
+//! Axes that are not space (frames, components) become fields, one for each entry.
 //! Where files say how they lie in a body, positions are in LPS; see `space`.
 //! VTK's grids (`.vti`, legacy `STRUCTURED_POINTS`) come from the VTK readers.
 
@@ -188,7 +188,7 @@ pub(crate) struct Extra {
     pub(crate) entries: Entries,
 }
 
-/// What the entries of an axis that is not space are.
+/// The meaning of an axis that is not space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Entries {
     /// Frames and the like.
@@ -274,7 +274,7 @@ impl Description {
         let mut files = vec![path.to_owned()];
         files.extend(payload.files.iter().filter(|f| *f != path).cloned());
         let bytes = count as u64 * payload.number.sample_size() as u64;
-        // What comes behind space is in a part of the file of its own.
+        // Entries of axes behind those of space are parts of the file of their own.
         let last = extras.iter().position(|extra| extra.before == 3);
         let (within, behind) = extras.split_at(last.unwrap_or(extras.len()));
         let parts: usize = behind.iter().map(|extra| extra.size).product();

@@ -125,7 +125,7 @@
 //!   the one that steps: a device that compiles their arithmetic differently would lose rays that
 //!   come in within a rounding of an edge. They are counted; llvmpipe has none. So it is with
 //!   [`Entries::PeeledLayers`], a fragment shader that peels and a compute shader that marches;
-//!   on llvmpipe both get the same bits.
+//!   on llvmpipe both decide alike.
 //! - [`Crossings::Sides`] knows the front of a face by the order of its cell's corners, which is
 //!   made the same for all cells that are joined by faces, those without volume too. A mesh that
 //!   cannot be ordered so, as it turns around like a Möbius strip, would lose rays and count them.

@@ -18,7 +18,7 @@ use super::payload::{Encoding, Payload};
 use super::{Description, Entries, Extra, MOST_AXES, axes, no_volume};
 use crate::source::Endian;
 
-/// What the keys say that come before the samples.
+/// The values of the keys before the samples.
 #[derive(Default)]
 struct Keys {
     rank: Option<usize>,
