@@ -10,9 +10,9 @@ use image::RgbaImage;
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::mesh::Association;
 use tetrascope::core::{
-    Appearance, Camera, Error, Frame, OpticalModel, Projection, Scalars, Scene, SceneFile, TetMesh,
-    View, Volume,
+    Appearance, Camera, Error, Frame, OpticalModel, Projection, Scalars, TetMesh, View, Volume,
 };
+use tetrascope::scene::{Scene, SceneFile};
 use tetrascope::{Algorithm, Context, Promise, Settings};
 
 use crate::machine::{root, target};

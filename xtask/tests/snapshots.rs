@@ -5,7 +5,7 @@
 //! can run, may bless.
 
 use tetrascope::core::OpticalModel;
-use tetrascope::core::scene::VolumeSource;
+use tetrascope::scene::VolumeSource;
 use xtask::picture::shown;
 use xtask::testing::{self, Failures, algorithms, check_snapshot, draw, drawn_by};
 
@@ -39,7 +39,8 @@ fn pictures_are_as_reviewed() {
         let adapter = drawn_by(algorithm);
         let may_bless = !algorithm.needs_gpu || adapter.contains("llvmpipe");
         for &(dataset, cells, model) in PICTURES {
-            let mut file = tetrascope::datasets::find(dataset).expect("listed").scene();
+            let mut file =
+                tetrascope::volumes::scene(tetrascope::datasets::find(dataset).expect("listed"));
             file.volume = VolumeSource {
                 cells: Some(cells),
                 ..file.volume

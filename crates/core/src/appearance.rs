@@ -150,7 +150,7 @@ impl Abilities {
             Some((what, _)) => Err(Error::Unsupported {
                 renderer,
                 what: what.into(),
-                reason: "it does not draw them; `tetrascope algorithms` lists who does".into(),
+                reason: "it does not draw them".into(),
             }),
         }
     }
@@ -199,7 +199,7 @@ impl OpticalModel {
         OpticalModel::MaximumIntensity,
     ];
 
-    /// The name in scene files and on the command line.
+    /// The name that people write.
     pub fn name(self) -> &'static str {
         match self {
             OpticalModel::EmissionAbsorption => "emission-absorption",

@@ -7,8 +7,7 @@
 //! line, `tetrascope`.
 //!
 //! ```
-//! use tetrascope::core::SceneFile;
-//! use tetrascope::core::scene::VolumeSource;
+//! use tetrascope::scene::{SceneFile, VolumeSource};
 //! use tetrascope::{Context, Settings, algorithm, io, volumes};
 //!
 //! let mut file = SceneFile::new(VolumeSource {
@@ -44,15 +43,18 @@ pub use tetrascope_projection as projection;
 pub use tetrascope_raycast_peel as raycast_peel;
 #[cfg(feature = "reference")]
 pub use tetrascope_reference as reference;
+pub use tetrascope_scene as scene;
 #[cfg(feature = "slicing")]
 pub use tetrascope_slicing as slicing;
 
 pub mod algorithms;
 mod context;
 pub mod emptiness;
+mod help;
 mod settings;
 pub mod volumes;
 
 pub use algorithms::{Algorithm, Promise, algorithm, algorithms};
 pub use context::{Context, Progress};
+pub use help::help;
 pub use settings::{Setting, Settings, Values};
