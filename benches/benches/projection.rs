@@ -48,7 +48,7 @@ fn load(file: &SceneFile) -> (Volume, Scene) {
 
 /// The Blunt Fin, where it is at hand.
 fn blunt_fin() -> Option<SceneFile> {
-    let path = tetrascope_benches::data("bluntfinxyz.bin")?;
+    let path = tetrascope_testing::file("projection", "bluntfinxyz.bin")?;
     Some(SceneFile::new(VolumeSource {
         file: Some(path),
         field: Some("density".into()),

@@ -12,17 +12,16 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, criterion_group, criterion_main};
 use tetrascope::Context;
 use tetrascope::core::glam::DVec3;
-use tetrascope::core::mesh::{Association, NO_NEIGHBOR, Split};
+use tetrascope::core::mesh::{Association, NO_NEIGHBOR};
 use tetrascope::core::{
     Appearance, Camera, CameraFit, FrameStats, Knot, OpticalModel, Scalars, TetMesh,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
-use tetrascope::datasets::{Options, find};
 use tetrascope::gpu::Gpu;
-use tetrascope::io::{MeshData, ReadOptions, read_mesh};
 use tetrascope::raycast_peel::{
     Crossings, Entries, Integration, Locality, Passes, RaycastOptions, RaycastPeel,
 };
+use tetrascope_testing::{angular_sector, blunt_fin, data_set, liquid_oxygen_post, mesh_data};
 
 /// Pixels a side of the tables, whose paper has 512, and of growth.
 const SIDE: u32 = 256;
@@ -36,56 +35,18 @@ const BUDGET: Duration = Duration::from_secs(15);
 /// The most rounds.
 const ROUNDS: usize = 7;
 
+/// Who skips what is missing.
+const BENCH: &str = "raycast-peel";
+
 /// The device, or why there is none.
 fn gpu(context: &Context) -> Option<&Gpu> {
-    tetrascope_benches::gpu(context, "raycast-peel")
-}
-
-/// A mesh file; without it, says that it is skipped.
-fn data(name: &str) -> Option<MeshData> {
-    let path = tetrascope_benches::data(name)?;
-    Some(read_mesh(&path, &ReadOptions::default()).expect("a valid file"))
-}
-
-fn sphere(cells: u64) -> TetMesh {
-    let options = Options {
-        cells: Some(cells),
-        ..Options::default()
-    };
-    let dataset = find("sphere").expect("a data set");
-    dataset.mesh(&options).expect("a mesh")
-}
-
-fn blunt_fin() -> Option<TetMesh> {
-    let data = data("bluntfinxyz.bin")?;
-    let field = data.field(Some("density")).expect("a field");
-    let mesh = TetMesh::with_split(data.points, &data.cells, field, Split::FiveAlternating);
-    Some(mesh.expect("a mesh"))
-}
-
-fn liquid_oxygen_post() -> Option<TetMesh> {
-    let data = data("postxyz.bin")?;
-    let field = data.fields.iter().find(|f| f.name.contains("energy"));
-    let field = field.map(|field| field.name.clone());
-    Some(data.into_mesh(field.as_deref()).expect("a mesh"))
-}
-
-/// Seven blocks that touch but share no point.
-fn angular_sector() -> Option<TetMesh> {
-    let data = data("AngularSector.vtk")?;
-    // Its only field numbers the points.
-    let scalars = Scalars {
-        name: "distance".into(),
-        association: Association::Point,
-        values: data.points.iter().map(|p| p.length()).collect(),
-    };
-    Some(TetMesh::new(data.points, &data.cells, scalars).expect("a mesh"))
+    tetrascope_benches::gpu(context, BENCH)
 }
 
 /// The mesh that the paper calls spx1: each cell of spx in eight, through the midpoints of
 /// its edges, which the file has as points that no cell uses.
 fn refined_spx() -> Option<TetMesh> {
-    let data = data("spx.vtu")?;
+    let data = mesh_data(BENCH, "spx.vtu")?;
     let points = data.points.clone();
     let field = data.scalars(0).expect("a field");
     let coarse = data.into_mesh(None).expect("a mesh");
@@ -322,8 +283,8 @@ fn tables(criterion: &mut Criterion) {
     let Some(gpu) = gpu(&context) else { return };
     let meshes = [
         ("spx1", refined_spx()),
-        ("blunt", blunt_fin()),
-        ("sphere", Some(sphere(240_000))),
+        ("blunt", blunt_fin(BENCH)),
+        ("sphere", Some(data_set("sphere", Some(240_000)))),
     ];
     let (mut flat, mut deep) = (Vec::new(), Vec::new());
     for (name, mesh) in meshes {
@@ -341,7 +302,7 @@ fn tables(criterion: &mut Criterion) {
 /// What tiles are worth on the Blunt Fin, and occlusion queries: frames with 1x1 and 4x4 tiles.
 fn tiling(criterion: &mut Criterion) {
     let context = Context::new();
-    let (Some(gpu), Some(mesh)) = (gpu(&context), blunt_fin()) else {
+    let (Some(gpu), Some(mesh)) = (gpu(&context), blunt_fin(BENCH)) else {
         return;
     };
     let volume = Volume::Mesh(mesh);
@@ -386,18 +347,15 @@ fn tiling(criterion: &mut Criterion) {
 fn entries(criterion: &mut Criterion) {
     let context = Context::new();
     let Some(gpu) = gpu(&context) else { return };
-    let made = |name| {
-        let dataset = find(name).expect("a data set");
-        dataset.mesh(&Options::default()).ok()
-    };
+    let made = |name| Some(data_set(name, None));
     let meshes = [
-        ("blunt", blunt_fin()),
+        ("blunt", blunt_fin(BENCH)),
         (
             "spx",
-            data("spx.vtu").map(|data| data.into_mesh(None).expect("a mesh")),
+            mesh_data(BENCH, "spx.vtu").map(|data| data.into_mesh(None).expect("a mesh")),
         ),
-        ("post", liquid_oxygen_post()),
-        ("sector", angular_sector()),
+        ("post", liquid_oxygen_post(BENCH)),
+        ("sector", angular_sector(BENCH)),
         ("torus", made("torus")),
         ("sphere", made("sphere")),
     ];
@@ -446,7 +404,8 @@ fn exponent(samples: &[(f64, f64)]) -> f64 {
 fn growth(criterion: &mut Criterion) {
     let context = Context::new();
     let Some(gpu) = gpu(&context) else { return };
-    let volumes = [20_000, 60_000, 200_000, 600_000, 2_000_000].map(|n| Volume::Mesh(sphere(n)));
+    let volumes = [20_000, 60_000, 200_000, 600_000, 2_000_000]
+        .map(|n| Volume::Mesh(data_set("sphere", Some(n))));
     let renderers = volumes
         .each_ref()
         .map(|volume| new(gpu, volume, &RaycastOptions::default()));
@@ -538,7 +497,7 @@ fn breadth_first(mesh: &TetMesh) -> (Vec<u32>, Vec<u32>) {
 fn order(criterion: &mut Criterion) {
     let context = Context::new();
     let Some(gpu) = gpu(&context) else { return };
-    let mesh = sphere(2_000_000);
+    let mesh = data_set("sphere", Some(2_000_000));
     let random = reordered(
         &mesh,
         &shuffled(mesh.cell_count()),

@@ -42,7 +42,7 @@ fn gpu(context: &Context) -> Option<&Gpu> {
 
 /// A grid in a file; without it, says that it is skipped.
 fn file(name: &str) -> Option<Volume> {
-    let path = tetrascope_benches::data(name)?;
+    let path = tetrascope_testing::file("slicing", name)?;
     match read_file(&path, &ReadOptions::default()).expect("a valid file") {
         FileData::Grid(grid) => Some(grid.into_volume(None).expect("it has a field").0),
         FileData::Mesh(_) => panic!("{} is no grid", path.display()),

@@ -1,6 +1,4 @@
-//! The scenes that the benchmarks share, and where their device and their data are.
-
-use std::path::{Path, PathBuf};
+//! The scenes that the benchmarks share, and where their device is.
 
 use tetrascope::core::Volume;
 use tetrascope::gpu::Gpu;
@@ -11,19 +9,6 @@ use tetrascope::{Context, volumes};
 pub fn gpu<'a>(context: &'a Context, bench: &str) -> Option<&'a Gpu> {
     let skipped = |error: &_| eprintln!("skipped: {bench}: {error}");
     context.gpu().inspect_err(skipped).ok()
-}
-
-/// A file in the folder that `TETRASCOPE_DATA` names, or `shared/data` beside the repository;
-/// without it, says that it is skipped.
-pub fn data(name: &str) -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(beside, PathBuf::from);
-    let path = folder.join(name);
-    if path.is_file() {
-        return Some(path);
-    }
-    eprintln!("skipped: there is no {}", path.display());
-    None
 }
 
 /// A volume and its scene.

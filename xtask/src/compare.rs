@@ -17,9 +17,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tetrascope::core::{Error, Frame, OpticalModel, Volume, VolumeRenderer};
 use tetrascope::scene::Scene;
 use tetrascope::{Algorithm, Context, Settings};
+use tetrascope_testing::ImageError;
 
 use crate::limits::{ROUGH_ORDER, limit, rmse_with_outliers};
-use crate::metrics::{ImageError, median};
+use crate::metrics::median;
 use crate::picture::{difference_map, png, shown};
 use crate::plot::{self, Series};
 use crate::report::{

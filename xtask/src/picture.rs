@@ -3,8 +3,7 @@
 use image::{Rgba, RgbaImage};
 use tetrascope::core::Frame;
 use tetrascope::core::colormap::{Colormap, linear_to_srgb};
-
-use crate::metrics::difference;
+use tetrascope_testing::apart;
 
 /// The color map of differences: black is none, pale yellow the scale's end.
 pub const DIFFERENCE_MAP: Colormap = Colormap::Inferno;
@@ -33,7 +32,9 @@ pub fn difference_map(truth: &Frame, image: &Frame) -> Option<(RgbaImage, f64)> 
     assert_eq!((truth.width, truth.height), (image.width, image.height));
     let at = |column, row| {
         let (t, p) = (truth.pixel(column, row), image.pixel(column, row));
-        (0..4).map(|c| difference(t[c], p[c])).fold(0.0, f64::max)
+        (0..4)
+            .map(|c| apart(t[c].into(), p[c].into()))
+            .fold(0.0, f64::max)
     };
     let pixels = (0..truth.height).flat_map(|row| (0..truth.width).map(move |c| at(c, row)));
     // What is infinitely wrong shows as the scale's end and must not set it.

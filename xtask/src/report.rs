@@ -8,9 +8,9 @@ use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
 use tetrascope::Promise;
 use tetrascope::core::FrameStats;
+use tetrascope_testing::ImageError;
 
 use crate::figures::Figure;
-use crate::metrics::ImageError;
 
 /// The version of the JSON's layout.
 pub const REPORT_VERSION: u32 = 1;

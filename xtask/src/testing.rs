@@ -2,21 +2,16 @@
 //! behind when a picture is wrong.
 
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use image::RgbaImage;
-use tetrascope::core::glam::DVec3;
-use tetrascope::core::mesh::Association;
-use tetrascope::core::{
-    Appearance, Camera, Error, Frame, OpticalModel, Projection, Scalars, TetMesh, View, Volume,
-};
+use tetrascope::core::{Appearance, Camera, Error, Frame, OpticalModel, Projection, View, Volume};
 use tetrascope::scene::{Scene, SceneFile};
 use tetrascope::{Algorithm, Context, Promise, Settings};
+use tetrascope_testing::{ImageError, say};
 
 use crate::machine::{root, target};
-use crate::metrics::ImageError;
 use crate::picture::{difference_map, png, shown, side_by_side};
 use crate::setup::adapter_is_required;
 
@@ -283,61 +278,6 @@ pub fn bless() -> Result<Vec<String>, Error> {
     Ok(blessed)
 }
 
-/// Writes a line to stderr itself, which the test runner does not capture.
-pub fn say(line: &str) {
-    _ = writeln!(std::io::stderr(), "{line}");
-}
-
-/// The cube from `min`, of side `side`, cut into n³ cubes of six tetrahedra each
-/// (H. W. Kuhn, 1960); only those cubes that `keep` takes. The field is `scalar`.
-pub fn lattice(
-    n: u32,
-    min: DVec3,
-    side: f64,
-    keep: impl Fn([u32; 3]) -> bool,
-    scalar: impl Fn(DVec3) -> f64,
-) -> TetMesh {
-    let index = |p: [u32; 3]| p[0] + (n + 1) * (p[1] + (n + 1) * p[2]);
-    let mut points = Vec::new();
-    for z in 0..=n {
-        for y in 0..=n {
-            for x in 0..=n {
-                points.push(min + DVec3::new(x.into(), y.into(), z.into()) * (side / f64::from(n)));
-            }
-        }
-    }
-    let mut cells = Vec::new();
-    for cube in (0..n.pow(3))
-        .map(|i| [i % n, i / n % n, i / (n * n)])
-        .filter(|&c| keep(c))
-    {
-        // One tetrahedron for each order in which to walk the axes.
-        for axes in [
-            [0, 1, 2],
-            [0, 2, 1],
-            [1, 0, 2],
-            [1, 2, 0],
-            [2, 0, 1],
-            [2, 1, 0],
-        ] {
-            let mut corner = cube;
-            let mut cell = [index(corner); 4];
-            for (step, axis) in axes.into_iter().enumerate() {
-                corner[axis] += 1;
-                cell[step + 1] = index(corner);
-            }
-            cells.push(cell);
-        }
-    }
-    let values = points.iter().map(|&p| scalar(p)).collect();
-    let scalars = Scalars {
-        name: "scalar".into(),
-        association: Association::Point,
-        values,
-    };
-    TetMesh::from_tetrahedra(points, cells, scalars).expect("a valid lattice")
-}
-
 /// A scene of a data set as its reviewed pictures show it: from the data set's side, around the
 /// bounding sphere ([`Camera::fit`]), and not from the default, closer view.
 ///
@@ -424,12 +364,5 @@ mod tests {
         // Opacity alone shows over white or over black.
         assert!(steps_between([0, 0, 0, 128], [0, 0, 0, 138]) >= 9);
         assert!(steps_between([255, 255, 255, 128], [255, 255, 255, 138]) >= 9);
-    }
-
-    #[test]
-    fn a_lattice_fills_its_cube() {
-        let mesh = lattice(3, DVec3::splat(-1.0), 2.0, |c| c != [1, 1, 1], |p| p.x);
-        assert_eq!(mesh.cell_count(), 6 * 26);
-        assert!((mesh.volume() - 8.0 * 26.0 / 27.0).abs() < 1e-12);
     }
 }

@@ -11,7 +11,8 @@ use tetrascope::core::{
     TransferFunction, View, Volume,
 };
 use tetrascope::{Algorithm, Promise};
-use xtask::testing::{Failures, algorithms, draw, drawn_by, lattice, promised};
+use tetrascope_testing::{knot, kuhn, mesh};
+use xtask::testing::{Failures, algorithms, draw, drawn_by, promised};
 
 const SIDE: u32 = 48;
 
@@ -41,14 +42,6 @@ struct Answer {
     emission: DVec3,
     emission_absorption: DVec3,
     greatest: DVec3,
-}
-
-fn knot(scalar: f64, color: DVec3, extinction: f64) -> Knot {
-    Knot {
-        scalar,
-        color,
-        extinction,
-    }
 }
 
 const ORANGE: DVec3 = DVec3::new(0.9, 0.5, 0.1);
@@ -201,7 +194,7 @@ fn tent(piece: Piece) -> Answer {
 }
 
 fn cases() -> Vec<Case> {
-    let cube = |n: u32| lattice(n, DVec3::splat(-1.0), 2.0, |_| true, |p| p.x);
+    let cube = |n| mesh(kuhn(n, DVec3::NEG_ONE, DVec3::ONE, |_| true), |p| p.x);
     let case = |name, mesh, knots, pieces, answer| Case {
         name,
         mesh,
@@ -257,7 +250,10 @@ fn cases() -> Vec<Case> {
         ),
         case(
             "hollow cube",
-            lattice(3, DVec3::splat(-1.0), 2.0, |c| c != [1, 1, 1], |p| p.x),
+            mesh(
+                kuhn(3, DVec3::NEG_ONE, DVec3::ONE, |c| c != [1, 1, 1]),
+                |p| p.x,
+            ),
             vec![knot(0.0, ORANGE, 0.8)],
             around_hollow,
             uniform,
@@ -397,7 +393,7 @@ fn every_renderer_agrees_with_the_closed_forms() {
 fn a_constant_on_a_step_stays_on_it() {
     let case = Case {
         name: "constant on a step",
-        mesh: lattice(3, DVec3::splat(-1.0), 2.0, |_| true, |_| STEP),
+        mesh: mesh(kuhn(3, DVec3::NEG_ONE, DVec3::ONE, |_| true), |_| STEP),
         knots: vec![
             knot(-1.0, ORANGE, 0.3),
             knot(STEP, ORANGE, 0.3),
@@ -456,7 +452,10 @@ fn check(cases: &[Case]) {
 #[test]
 fn lengths_sum_to_the_volume() {
     let side = 192;
-    let mesh = lattice(2, DVec3::splat(-1.0), 2.0, |c| c != [1, 1, 1], |p| p.x);
+    let mesh = mesh(
+        kuhn(2, DVec3::NEG_ONE, DVec3::ONE, |c| c != [1, 1, 1]),
+        |p| p.x,
+    );
     let truth = mesh.volume();
     let volume = Volume::Mesh(mesh);
     let (_, view) = views([0.0, 0.0, 0.0, 1.0]).swap_remove(1);

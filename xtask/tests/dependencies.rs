@@ -7,21 +7,26 @@ use serde_json::Value;
 /// Packages by their names without `tetrascope-`: what each may be built with, and what its
 /// tests and benchmarks may use beside that. A rule for a package that does not exist yet
 /// harms nobody.
-const RULES: [(&str, &[&str], &[&str]); 15] = [
+const RULES: [(&str, &[&str], &[&str]); 16] = [
     ("core", &[], &[]),
     ("shaders", &[], &[]),
     ("f32", &["core"], &[]),
-    ("io", &["core"], &[]),
+    ("io", &["core"], &["testing"]),
     ("datasets", &["core"], &[]),
-    ("reference", &["core"], &[]),
+    ("reference", &["core"], &["testing"]),
     ("scene", &["core"], &[]),
-    ("gpu", &["core", "f32", "shaders"], &[]),
+    ("gpu", &["core", "f32", "shaders"], &["testing"]),
     ("projection", DRAWING, JUDGING),
     ("slicing", DRAWING, JUDGING),
     ("raycast-peel", DRAWING, JUDGING),
+    (
+        "testing",
+        &["core", "datasets", "gpu", "io", "reference"],
+        &[],
+    ),
     ("tetrascope", LIBRARIES, &[]),
-    ("xtask", &["tetrascope"], &[]),
-    ("benches", &["tetrascope"], &[]),
+    ("xtask", &["tetrascope", "testing"], &[]),
+    ("benches", &["tetrascope"], &["testing"]),
     ("fuzz", &["tetrascope"], &[]),
 ];
 
@@ -29,7 +34,7 @@ const RULES: [(&str, &[&str], &[&str]); 15] = [
 const DRAWING: &[&str] = &["core", "f32", "gpu", "shaders"];
 
 /// Its tests compare it with the truth.
-const JUDGING: &[&str] = &["datasets", "io", "reference"];
+const JUDGING: &[&str] = &["datasets", "io", "reference", "testing"];
 
 /// The facade knows everything that reads, makes and draws volumes.
 const LIBRARIES: &[&str] = &[

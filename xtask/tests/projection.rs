@@ -3,15 +3,12 @@
 //!
 //! At 512×512: `cargo test --release -p xtask --test projection -- --ignored --nocapture`.
 
-use std::path::PathBuf;
-
 use tetrascope::core::{Appearance, Frame, OpticalModel, Projection, View, Volume};
 use tetrascope::scene::{SceneFile, VolumeSource};
 use tetrascope::{Algorithm, datasets};
+use tetrascope_testing::ImageError;
 use xtask::limits::ROUNDING;
-use xtask::machine::root;
-use xtask::metrics::ImageError;
-use xtask::testing::{Failures, algorithms, draw, say, truth};
+use xtask::testing::{Failures, algorithms, draw, truth};
 
 /// A volume, how it looks, and both views of it.
 struct Held {
@@ -30,17 +27,13 @@ fn scenes(test: &str, side: u32, cells: Option<u64>) -> Vec<Held> {
         file.volume.cells = cells.or(file.volume.cells);
         files.push((name, file, convex));
     }
-    let folder = std::env::var_os("TETRASCOPE_DATA")
-        .map_or_else(|| root().join("../shared/data"), PathBuf::from);
     for (name, data, field) in [
         ("bluntfin", "bluntfin_tets.vtu", Some("density")),
         ("spx", "spx.vtu", None),
     ] {
-        let path = folder.join(data);
-        if !path.is_file() {
-            say(&format!("skipped: {test}: there is no {}", path.display()));
+        let Some(path) = tetrascope_testing::file(test, data) else {
             continue;
-        }
+        };
         let file = SceneFile::new(VolumeSource {
             file: Some(path),
             field: field.map(String::from),

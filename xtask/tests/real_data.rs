@@ -6,24 +6,12 @@ use std::path::PathBuf;
 use tetrascope::Promise;
 use tetrascope::core::OpticalModel;
 use tetrascope::scene::{SceneFile, VolumeSource};
+use tetrascope_testing::file;
 use xtask::limits::{ROUNDING, limit, outliers};
-use xtask::machine::root;
-use xtask::testing::{Failures, algorithms, draw, drawn_by, promised, say, truth};
+use xtask::testing::{Failures, algorithms, draw, drawn_by, promised, truth};
 
 /// Pixels a side: the Blunt Fin's thinnest cells are far below a pixel at any size.
 const SIDE: u32 = 96;
-
-/// The path of a data file; without it, says that `test` is skipped.
-fn data(test: &str, name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("TETRASCOPE_DATA")
-        .map_or_else(|| root().join("../shared/data"), PathBuf::from);
-    let path = folder.join(name);
-    if !path.is_file() {
-        say(&format!("skipped: {test}: there is no {}", path.display()));
-        return None;
-    }
-    Some(path)
-}
 
 fn scene(path: PathBuf, field: Option<&str>) -> SceneFile {
     let mut file = SceneFile::new(VolumeSource {
@@ -82,7 +70,7 @@ fn compare(test: &str, file: &SceneFile, rough: f64) {
 
 #[test]
 fn the_blunt_fin_from_plot3d() {
-    let Some(path) = data("the Blunt Fin", "bluntfinxyz.bin") else {
+    let Some(path) = file("the Blunt Fin", "bluntfinxyz.bin") else {
         return;
     };
     compare("the Blunt Fin", &scene(path, Some("density")), 3e-4);
@@ -94,8 +82,8 @@ fn the_blunt_fin_from_plot3d() {
 #[test]
 fn the_blunt_fin_has_the_field_of_its_other_file() {
     let (Some(plot3d), Some(vtu)) = (
-        data("two files of one mesh", "bluntfinxyz.bin"),
-        data("two files of one mesh", "bluntfin_tets.vtu"),
+        file("two files of one mesh", "bluntfinxyz.bin"),
+        file("two files of one mesh", "bluntfin_tets.vtu"),
     ) else {
         return;
     };
@@ -112,7 +100,7 @@ fn the_blunt_fin_has_the_field_of_its_other_file() {
 
 #[test]
 fn the_super_phoenix() {
-    let Some(path) = data("SPX", "spx.vtu") else {
+    let Some(path) = file("SPX", "spx.vtu") else {
         return;
     };
     compare("SPX", &scene(path, None), 3e-4);

@@ -27,7 +27,6 @@ pub mod passes;
 pub mod preintegration;
 pub mod sides;
 pub mod sort;
-pub mod testing;
 pub mod timer;
 pub mod transfer_function;
 
@@ -44,3 +43,13 @@ pub use sort::RadixSort;
 pub use timer::Timer;
 pub use transfer_function::Interval;
 pub use wgpu;
+
+#[cfg(test)]
+mod testing {
+    use crate::{Gpu, GpuOptions};
+
+    /// A device of this build of the crate; see `tetrascope_testing::gpu`.
+    pub(crate) fn gpu(test: &str) -> Option<Gpu> {
+        tetrascope_testing::or_skipped(test, Gpu::new(&GpuOptions::default()))
+    }
+}

@@ -1,24 +1,14 @@
 //! Data sets of the literature, where they are: `../shared/data` beside the
 //! repository, or the folder that `TETRASCOPE_DATA` names.
 
-use std::path::PathBuf;
-
 use tetrascope_core::Bounds;
 use tetrascope_core::glam::DVec3;
-use tetrascope_io::{MeshData, ReadOptions, read_mesh};
+use tetrascope_io::MeshData;
+use tetrascope_testing::mesh_data;
 
 /// The mesh in a file, or `None` with a word about it when the file is absent.
 fn read(name: &str) -> Option<MeshData> {
-    let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    let path = folder.join(name);
-    if !path.is_file() {
-        println!("skipped: there is no {}", path.display());
-        return None;
-    }
-    Some(read_mesh(&path, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}")))
+    mesh_data("real meshes", name)
 }
 
 fn values(data: &MeshData, name: &str) -> Vec<f64> {

@@ -1,7 +1,5 @@
 //! Regular grids of public collections, where they are; see `real_data.rs`.
 
-use std::path::PathBuf;
-
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::SampleType;
 use tetrascope_core::{Grid, Volume};
@@ -9,15 +7,7 @@ use tetrascope_io::{FileData, ReadOptions, read_file};
 
 /// The grid in a file, or `None` with a word about it when the file is absent.
 fn read(name: &str) -> Option<Grid> {
-    let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    let path = folder.join(name);
-    if !path.is_file() {
-        println!("skipped: there is no {}", path.display());
-        return None;
-    }
+    let path = tetrascope_testing::file("real grids", name)?;
     let data = read_file(&path, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     let FileData::Grid(data) = data else {
         panic!("{name} is a grid");

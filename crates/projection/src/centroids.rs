@@ -83,8 +83,7 @@ fn by_digit(pairs: &[(u32, u32)], shift: u32, mut put: impl FnMut(usize, (u32, u
 mod tests {
     use tetrascope_core::glam::DVec3;
     use tetrascope_core::{Camera, CameraFit, View};
-    use tetrascope_datasets::{Options, find};
-    use tetrascope_gpu::testing;
+    use tetrascope_testing as testing;
 
     use super::*;
     use crate::frame::frame;
@@ -94,14 +93,7 @@ mod tests {
         let Some(gpu) = testing::gpu("cells_come_by_the_distance_of_their_centroids") else {
             return;
         };
-        let options = Options {
-            cells: Some(3000),
-            seed: None,
-        };
-        let mesh = find("torus")
-            .expect("listed")
-            .mesh(&options)
-            .expect("a mesh");
+        let mesh = testing::data_set("torus", Some(3000));
         let geometry = Geometry::upload(&gpu, &mesh).expect("it fits");
         let cells: Arc<[u32]> = (0..mesh.cell_count() as u32)
             .filter(|c| c % 3 != 1)

@@ -284,17 +284,13 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use tetrascope_core::mesh::{Association, Scalars};
+
     use tetrascope_core::{Camera, CameraFit};
 
     use super::*;
 
     fn mesh(points: Vec<DVec3>, cells: Vec<[u32; 4]>) -> TetMesh {
-        let scalars = Scalars {
-            name: "none".into(),
-            association: Association::Point,
-            values: vec![0.0; points.len()],
-        };
+        let scalars = tetrascope_testing::point_scalars(vec![0.0; points.len()]);
         TetMesh::from_tetrahedra(points, cells, scalars).expect("a valid mesh")
     }
 

@@ -2,7 +2,8 @@
 
 use tetrascope_core::optics::{RayIntegral, Segment};
 use tetrascope_core::{OpticalModel, TransferFunction};
-use tetrascope_gpu::{Gpu, Integration, testing};
+use tetrascope_gpu::{Gpu, Integration};
+use tetrascope_testing as testing;
 
 use crate::support::{Probe, bumps, random, table};
 

@@ -6,7 +6,8 @@ use tetrascope_core::optics::{Segment, integrate_segment};
 use tetrascope_core::{Error, Knot, OpticalModel, Scalars, TetMesh, TransferFunction};
 use tetrascope_gpu::memory::read_back;
 use tetrascope_gpu::preintegration::{self, Fixed, Source, Table, mean_chord};
-use tetrascope_gpu::{Gpu, Integration, memory, testing};
+use tetrascope_gpu::{Gpu, Integration, memory};
+use tetrascope_testing as testing;
 
 use crate::support::{Probe, bumps, intervals_of, on_device, random, table};
 

@@ -355,8 +355,7 @@ mod tests {
 
     #[test]
     fn the_list_is_that_of_the_cells_that_show() {
-        let Some(gpu) = tetrascope_gpu::testing::gpu("the_list_is_that_of_the_cells_that_show")
-        else {
+        let Some(gpu) = tetrascope_testing::gpu("the_list_is_that_of_the_cells_that_show") else {
             return;
         };
         let isovalues = [3.25, 0.5, 5.0];

@@ -1,19 +1,16 @@
 //! What is kept and what is made again.
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::mesh::{Association, Scalars};
+use tetrascope_core::mesh::Scalars;
 use tetrascope_core::{Camera, CameraFit, Knot, OpticalModel, TransferFunction};
-use tetrascope_gpu::{Integration, testing};
+use tetrascope_gpu::Integration;
+use tetrascope_testing as testing;
 
 use super::*;
 
 fn tetrahedron(scalars: [f64; 4], size: f64) -> TetMesh {
     let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| size * p);
-    let scalars = Scalars {
-        name: "s".into(),
-        association: Association::Point,
-        values: scalars.to_vec(),
-    };
+    let scalars = testing::point_scalars(scalars.to_vec());
     TetMesh::from_tetrahedra(points.to_vec(), vec![[0, 1, 2, 3]], scalars).expect("valid")
 }
 
@@ -35,12 +32,7 @@ fn pieces_too_deep_for_one_step_are_drawn_in_parts() {
     let Some(gpu) = testing::gpu("pieces_too_deep_for_one_step_are_drawn_in_parts") else {
         return;
     };
-    let sphere = tetrascope_datasets::find("sphere").expect("a data set");
-    let options = tetrascope_datasets::Options {
-        cells: Some(12_000),
-        seed: None,
-    };
-    let volume = Volume::Mesh(sphere.mesh(&options).expect("a mesh"));
+    let volume = Volume::Mesh(testing::data_set("sphere", Some(12_000)));
     let bounds = volume.bounds();
     let range = volume.scalar_range().expect("numbers");
     let order = ProjectionOptions {
@@ -80,12 +72,8 @@ fn pieces_too_deep_for_one_step_are_drawn_in_parts() {
                 culled.cells, culled.items
             );
             assert_eq!(culled.in_parts, expected, "{densest} {model:?}");
-            let reference = tetrascope_reference::Reference::new(
-                &volume,
-                &appearance,
-                &tetrascope_reference::ReferenceOptions::default(),
-            );
-            let truth = reference.expect("a mesh").render(&view).expect("a picture");
+            let reference = testing::truth(&volume, &appearance);
+            let truth = reference.render(&view).expect("a picture");
             let picture = renderer.render(&view).expect("a picture");
             let pairs = picture
                 .pixels

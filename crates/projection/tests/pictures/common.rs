@@ -4,10 +4,9 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
     Appearance, Camera, CameraFit, Frame, TransferFunction, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_datasets::{Options, find};
 use tetrascope_gpu::Gpu;
 use tetrascope_projection::{Projection, ProjectionOptions};
-use tetrascope_reference::{Reference, ReferenceOptions};
+use tetrascope_testing::{data_set, look_of};
 
 /// Root mean square and greatest error of a picture that is exact but for rounding.
 ///
@@ -20,19 +19,12 @@ pub(crate) const EXACT: (f64, f64) = (2e-5, 2e-3);
 
 /// A data set of about so many cells.
 pub(crate) fn mesh(name: &str, cells: u64) -> Volume {
-    let options = Options {
-        cells: Some(cells),
-        seed: None,
-    };
-    let mesh = find(name).expect("a data set").mesh(&options);
-    Volume::Mesh(mesh.expect("a mesh"))
+    Volume::Mesh(data_set(name, Some(cells)))
 }
 
 /// A data set with its own transfer function.
 pub(crate) fn scene(name: &str, cells: u64) -> (Volume, TransferFunction) {
-    let volume = mesh(name, cells);
-    let knots = find(name).expect("a data set").look().knots;
-    (volume, TransferFunction::new(knots).expect("valid knots"))
+    (mesh(name, cells), look_of(name).transfer_function)
 }
 
 /// From a crooked side, so that no pixel's center is on an edge.
@@ -61,24 +53,8 @@ pub(crate) fn drawn(
     renderer.render(view).expect("a picture")
 }
 
-pub(crate) fn reference(volume: &Volume, appearance: &Appearance) -> Reference {
-    let options = ReferenceOptions::default();
-    Reference::new(volume, appearance, &options).expect("a mesh")
-}
-
+/// The ground truth's picture.
 pub(crate) fn truth(volume: &Volume, appearance: &Appearance, view: &View) -> Frame {
-    let reference = reference(volume, appearance);
+    let reference = tetrascope_testing::truth(volume, appearance);
     reference.render(view).expect("a picture")
-}
-
-/// Root mean square and greatest difference over all channels.
-pub(crate) fn difference(a: &Frame, b: &Frame) -> (f64, f64) {
-    assert_eq!((a.width, a.height), (b.width, b.height));
-    let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
-    let squares: Vec<f64> = pairs.map(|(x, y)| f64::from(x - y).powi(2)).collect();
-    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    (
-        mean.sqrt(),
-        squares.iter().copied().fold(0.0, f64::max).sqrt(),
-    )
 }

@@ -1,14 +1,13 @@
 //! Clip planes and depth cue against the ground truth, in every optical model.
 
-use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, ClipPlane, DepthCue, Error, Isosurface, OpticalModel,
-    Projection as Spread, View, Volume, VolumeRenderer as _,
+    Appearance, DepthCue, Error, Isosurface, OpticalModel, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::Gpu;
 use tetrascope_projection::{ExitSearch, Integration, Order, Projection, ProjectionOptions};
+use tetrascope_testing::{self as testing, outside_and_inside, tilted};
 
-use crate::common::{reference, scene};
+use crate::common::scene;
 
 /// A segment in f32 errs by 6e-7 of its opacity, and a sum of some hundred by as many
 /// roundings; where a ray grazes an edge or a plane, lengths err by 2⁻²⁴ over the sine
@@ -22,36 +21,6 @@ fn dressed(name: &str, cells: u64) -> (Volume, Appearance) {
     (volume, Appearance::new(transfer_function, model))
 }
 
-fn views(volume: &Volume) -> [View; 3] {
-    let bounds = volume.bounds();
-    let inside = Camera {
-        position: bounds.center() + 0.1 * bounds.size(),
-        focal_point: bounds.center(),
-        view_up: DVec3::Z,
-        projection: Spread::Perspective { view_angle: 70.0 },
-    };
-    [
-        Camera::fit(&bounds, CameraFit::PlusIso, false, 1.0),
-        Camera::fit(&bounds, CameraFit::MinusIso, true, 1.0),
-        inside,
-    ]
-    .map(|camera| View {
-        camera,
-        width: 32,
-        height: 32,
-        background: [0.1, 0.2, 0.3, 0.5],
-    })
-}
-
-fn tilted(volume: &Volume) -> Vec<ClipPlane> {
-    let bounds = volume.bounds();
-    let plane = |share: f64, normal: [f64; 3]| ClipPlane {
-        point: bounds.min + share * bounds.size(),
-        normal: normal.into(),
-    };
-    vec![plane(0.37, [1.0, 0.3, 0.6]), plane(0.71, [-0.2, -1.0, 0.1])]
-}
-
 /// Pixels that are off by more than [`MAX`], and the RMSE of the others.
 fn errors(gpu: &Gpu, volume: &Volume, look: &Appearance, order: Order) -> Vec<(usize, f64)> {
     let options = ProjectionOptions {
@@ -59,7 +28,7 @@ fn errors(gpu: &Gpu, volume: &Volume, look: &Appearance, order: Order) -> Vec<(u
         ..ProjectionOptions::default()
     };
     let renderer = Projection::new(gpu, volume, look, &options).expect("it draws all");
-    let truth = reference(volume, look);
+    let truth = testing::truth(volume, look);
     let of_view = |view: View| {
         let frame = renderer.render(&view).expect("a frame");
         let truth = truth.render_exact(&view).expect("a frame");
@@ -77,7 +46,7 @@ fn errors(gpu: &Gpu, volume: &Volume, look: &Appearance, order: Order) -> Vec<(u
         }
         (outliers, (sum / truth.pixels.len() as f64).sqrt())
     };
-    views(volume).map(of_view).to_vec()
+    outside_and_inside(volume, 32).map(of_view).to_vec()
 }
 
 #[test]

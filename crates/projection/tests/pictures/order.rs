@@ -3,15 +3,16 @@
 use std::f64::consts::TAU;
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::mesh::{Association, Cells, FACES, Scalars};
+use tetrascope_core::mesh::{Cells, FACES};
 use tetrascope_core::{
     Appearance, Camera, Error, Frame, Knot, OpticalModel, Projection as Spread, TetMesh,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::Gpu;
 use tetrascope_projection::{Order, Projection, ProjectionOptions};
+use tetrascope_testing::{self as testing, between, point_scalars, split, tetrahedra_of};
 
-use crate::common::{crooked, difference, drawn, mesh, truth};
+use crate::common::{crooked, drawn, mesh, truth};
 
 /// What a promise to be exact means (`limits.rs` of xtask derives it): RMSE and the
 /// greatest difference.
@@ -41,30 +42,8 @@ fn look(volume: &Volume) -> Appearance {
 
 fn of(points: Vec<DVec3>, cells: Vec<[u32; 4]>, scalar: impl Fn(usize, DVec3) -> f64) -> Volume {
     let values = points.iter().enumerate().map(|(i, p)| scalar(i, *p));
-    let scalars = Scalars {
-        name: "s".into(),
-        association: Association::Point,
-        values: values.collect(),
-    };
+    let scalars = point_scalars(values.collect());
     Volume::Mesh(TetMesh::from_tetrahedra(points, cells, scalars).expect("a valid mesh"))
-}
-
-fn tetrahedral(volume: &Volume) -> &TetMesh {
-    match volume {
-        Volume::Mesh(mesh) => mesh,
-        other => panic!("a mesh: {other:?}"),
-    }
-}
-
-/// The same cells, each with points and values of its own.
-fn apart(volume: &Volume) -> Volume {
-    let mesh = tetrahedral(volume);
-    let points = (0..mesh.cell_count()).flat_map(|c| mesh.cell_points(c));
-    let values: Vec<f64> = (0..mesh.cell_count())
-        .flat_map(|c| mesh.cell_scalars(c))
-        .collect();
-    let cells = (0..mesh.cell_count() as u32).map(|c| [0, 1, 2, 3].map(|i| 4 * c + i));
-    of(points.collect(), cells.collect(), |i, _| values[i])
 }
 
 /// A cube without its middle: not convex, and rays leave it and come back.
@@ -119,11 +98,7 @@ fn lattice(n: usize, keep: impl Fn([usize; 3]) -> bool, shift: f64, seed: u64) -
     let values = points
         .iter()
         .map(|p| (3.0 * p.x).sin() + p.y * 0.3 - 0.2 * p.z);
-    let scalars = Scalars {
-        name: "s".into(),
-        association: Association::Point,
-        values: values.collect(),
-    };
+    let scalars = testing::point_scalars(values.collect());
     Volume::Mesh(TetMesh::new(points, &cells, scalars).expect("a valid mesh"))
 }
 
@@ -153,7 +128,7 @@ fn hanging() -> Volume {
 }
 
 fn check(what: &str, frame: &Frame, truth: &Frame) {
-    let (rmse, most) = difference(frame, truth);
+    let (rmse, most) = between(frame, truth);
     let notes = &frame.stats.notes;
     eprintln!("{what}: RMSE {rmse:.1e}, max {most:.1e}, {notes:?}");
     assert!(
@@ -169,7 +144,7 @@ fn the_automatic_order_is_exact_in_any_mesh_and_says_which_it_took() {
         return;
     };
     let ball = mesh("sphere", 2000);
-    let (apart_ball, apart_hollow) = (apart(&ball), apart(&hollow()));
+    let (apart_ball, apart_hollow) = (split(tetrahedra_of(&ball)), split(tetrahedra_of(&hollow())));
     let by_faces = "cells are sorted by their faces: the mesh is convex";
     let parts = "fragments are sorted in each pixel: the mesh's boundary has 2 parts";
     let cases: [(&str, &Volume, &str); 5] = [
@@ -239,7 +214,7 @@ fn an_order_by_faces_says_where_it_may_be_wrong() {
 /// The same mesh with long thin cells: wherever two that share a face can be cut into three
 /// around the line between the points opposite, they are, `rounds` times.
 fn flipped(volume: &Volume, rounds: usize) -> Volume {
-    let mut mesh = tetrahedral(volume).clone();
+    let mut mesh = tetrahedra_of(volume).clone();
     for _ in 0..rounds {
         let points = mesh.points();
         let volume_of = |[a, b, c, d]: [u32; 4]| {
@@ -290,7 +265,7 @@ fn a_cycle_in_a_convex_mesh_is_sorted_in_each_pixel() {
         return;
     };
     let volume = flipped(&lattice(5, |_| true, 0.2, 3), 3);
-    assert!(tetrahedral(&volume).boundary_statistics().convex);
+    assert!(tetrahedra_of(&volume).boundary_statistics().convex);
     let appearance = look(&volume);
     let [by_faces, automatic] = [Order::Mpvo, Order::Auto].map(|order| {
         Projection::new(&gpu, &volume, &appearance, &with_order(order)).expect("it fits")
@@ -404,7 +379,7 @@ fn long_lists_are_sorted_in_turns() {
     };
     for (count, turns) in [(1024, 1), (4096, 4), (20_000, 19)] {
         let (frame, truth) = sorted_in_pixels(&gpu, &stack(count), 6);
-        let (rmse, most) = difference(&frame, &truth);
+        let (rmse, most) = between(&frame, &truth);
         eprintln!("{count}: RMSE {rmse:.1e}, max {most:.1e}");
         assert_eq!(frame.stats.fragments_sorted, Some(36 * u64::from(count)));
         // Vertices and the sum over the background, the fill, and the turns.
@@ -424,7 +399,7 @@ fn a_hundred_thousand_fragments_are_sorted_in_a_pixel() {
         return;
     };
     let (frame, truth) = sorted_in_pixels(&gpu, &stack(100_000), 4);
-    let (rmse, most) = difference(&frame, &truth);
+    let (rmse, most) = between(&frame, &truth);
     eprintln!("RMSE {rmse:.1e}, max {most:.1e}");
     assert_eq!(frame.stats.lost_rays, Some(0));
     // As above for n = 100 000.
@@ -460,7 +435,7 @@ fn a_cell_may_be_in_all_intervals_of_a_long_transfer_function() {
         let appearance = look(knots);
         for order in [Order::Auto, Order::PerPixel] {
             let frame = drawn(&gpu, &volume, &appearance, &view, &with_order(order));
-            let (rmse, most) = difference(&frame, &truth(&volume, &appearance, &view));
+            let (rmse, most) = between(&frame, &truth(&volume, &appearance, &view));
             eprintln!("{knots} knots, {order:?}: RMSE {rmse:.1e}, max {most:.1e}");
             assert!(
                 rmse <= 1e-5 && most <= 1e-4,

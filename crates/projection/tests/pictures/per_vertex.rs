@@ -2,14 +2,14 @@
 //! truth.
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::mesh::{Association, Scalars};
 use tetrascope_core::{
     Appearance, Camera, Error, Frame, Knot, OpticalModel, Projection as Spread, TetMesh,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::memory::Source;
-use tetrascope_gpu::{Gpu, read_back, testing, wgpu};
+use tetrascope_gpu::{Gpu, read_back, wgpu};
 use tetrascope_projection::{CellLayout, ExitSearch, Order, Projection, ProjectionOptions};
+use tetrascope_testing as testing;
 
 use crate::common::{crooked, drawn, scene, truth};
 
@@ -194,11 +194,7 @@ fn stretched(n: f64) -> Volume {
         [0, 5, 6, 4],
         [3, 5, 7, 6],
     ];
-    let scalars = Scalars {
-        name: "one".into(),
-        association: Association::Point,
-        values: vec![1.0; 8],
-    };
+    let scalars = testing::point_scalars(vec![1.0; 8]);
     Volume::Mesh(TetMesh::from_tetrahedra(points, cells, scalars).expect("a valid mesh"))
 }
 

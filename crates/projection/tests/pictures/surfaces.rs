@@ -1,22 +1,20 @@
 //! Isosurfaces against the ground truth, in any order of cells, and among other geometry.
 
-use tetrascope_core::glam::{DMat4, DVec2, DVec3, DVec4};
-use tetrascope_core::mesh::{Association, Scalars};
+use tetrascope_core::glam::{DMat4, DVec3, DVec4};
 use tetrascope_core::{
     Appearance, Camera, CameraFit, DirectionalLight, Frame, Isosurface, Knot, Lighting,
-    OpticalModel, Projection as Spread, Ray, TetMesh, TransferFunction, View, Volume,
+    OpticalModel, Projection as Spread, TetMesh, TransferFunction, View, Volume,
     VolumeRenderer as _,
 };
-use tetrascope_datasets::{Options, find};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::{self, CompareFunction, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, read_back, testing};
+use tetrascope_gpu::{Gpu, read_back};
 use tetrascope_projection::{
     DepthFormat, DepthTarget, Projection, ProjectionOptions, SurfaceSearch,
 };
-use tetrascope_reference::Reference;
+use tetrascope_testing::{self as testing, is_near_explained};
 
-use crate::common::{mesh, reference};
+use crate::common::mesh;
 
 /// Surfaces at these scalars, each of its own color, under two lights.
 fn surfaces(values: &[f64]) -> Appearance {
@@ -94,30 +92,9 @@ fn depths(frame: &Frame) -> &[f32] {
     frame.depths.as_ref().expect("surfaces have depths")
 }
 
-/// Whether a ray within 1e-4 of a pixel of this one has this color. f32 moves rays by less
-/// than that (2⁻²⁴ of the distance of some hundred pixels), so it decides what a
-/// ray along a surface's outline, or along an edge between two facets, sees.
-fn is_explained(truth: &Reference, view: &View, pixel: usize, got: [f32; 4]) -> bool {
-    let (column, row) = (pixel as u32 % view.width, pixel as u32 / view.width);
-    let background = view.premultiplied_background();
-    (0..16).any(|i| {
-        let angle = f64::from(i) / 16.0 * std::f64::consts::TAU;
-        let shift = 1e-4 * DVec2::from_angle(angle);
-        let size = DVec2::new(view.width.into(), view.height.into());
-        let at = 2.0 * (DVec2::new(column.into(), row.into()) + 0.5 + shift) / size - 1.0;
-        let ray: Ray = view.camera.ray(at.x, -at.y, size.x / size.y);
-        let trace = truth.trace(&ray).expect("a ray");
-        let near = |c: usize| {
-            let want = trace.pixel[c] + (1.0 - trace.pixel[3]) * background[c];
-            (want - f64::from(got[c])).abs() <= 1e-3
-        };
-        (0..4).all(near)
-    })
-}
-
 /// Holds each pixel of `frame` to the truth, but for outlines; how many show a surface.
 fn check(name: &str, volume: &Volume, appearance: &Appearance, view: &View, frame: &Frame) -> u32 {
-    let reference = reference(volume, appearance);
+    let reference = testing::truth(volume, appearance);
     let truth = reference.render(view).expect("a frame");
     let size = volume.bounds().diagonal() as f32;
     let (mut hits, mut outliers) = (0, 0);
@@ -131,7 +108,7 @@ fn check(name: &str, volume: &Volume, appearance: &Appearance, view: &View, fram
         if off > 1e-3 || !same_depth {
             outliers += 1;
             assert!(
-                is_explained(&reference, view, i, *got),
+                is_near_explained(&reference, view, i, *got),
                 "{name}, pixel {i}: {got:?} {depth}, truth {want:?} {true_depth}"
             );
         }
@@ -240,21 +217,10 @@ fn cells_may_come_in_any_order() {
 
 /// A cube of lattice cells in five tetrahedra each, with x as its field.
 fn slab(side: u32) -> Volume {
-    let options = Options {
-        cells: Some(u64::from(5 * side.pow(3))),
-        seed: None,
-    };
-    let mesh = find("sphere")
-        .expect("a data set")
-        .mesh(&options)
-        .expect("a mesh");
+    let mesh = testing::data_set("sphere", Some(u64::from(5 * side.pow(3))));
     let values = mesh.points().iter().map(|p| p.x).collect();
-    let scalars = Scalars {
-        name: "x".into(),
-        association: Association::Point,
-        values,
-    };
-    Volume::Mesh(mesh.with_scalars(scalars).expect("one a point"))
+    let mesh = mesh.with_scalars(testing::point_scalars(values));
+    Volume::Mesh(mesh.expect("one a point"))
 }
 
 // The worst place for a surface: on the faces between cells, where the cells on both

@@ -2,10 +2,11 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Appearance, Frame, Knot, OpticalModel, TransferFunction, View, Volume};
-use tetrascope_gpu::{Gpu, Integration, testing};
+use tetrascope_gpu::{Gpu, Integration};
 use tetrascope_projection::{Order, ProjectionOptions};
+use tetrascope_testing::{self as testing, between};
 
-use crate::common::{crooked, difference, drawn, mesh, truth};
+use crate::common::{crooked, drawn, mesh, truth};
 
 /// Greatest extinction times the mesh's diagonal.
 const DEPTH: f64 = 4.0;
@@ -111,7 +112,7 @@ fn pictures_from_tables_are_within_the_bound_of_their_samples() {
                 };
                 for integration in tables {
                     let frame = tabled(&gpu, &volume, &appearance, integration, &view);
-                    let (rms, greatest) = difference(&frame, &truth);
+                    let (rms, greatest) = between(&frame, &truth);
                     let bound = bound(optical_model, integration, longest);
                     let subject = format!("{name} {optical_model:?} {integration:?}");
                     eprintln!("{subject}: RMSE {rms:.1e}, max {greatest:.1e}, bound {bound:.1e}");
@@ -148,7 +149,7 @@ fn pictures_converge_in_second_order() {
         let truth = truth(&volume, &appearance, &view);
         let errors = [9, 17, 33, 65].map(|n| {
             let frame = tabled(&gpu, &volume, &appearance, table(n), &view);
-            difference(&frame, &truth).0
+            between(&frame, &truth).0
         });
         let order = (errors[0] / errors[3]).log2() / 3.0;
         eprintln!(

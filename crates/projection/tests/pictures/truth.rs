@@ -1,16 +1,16 @@
 //! Cell projection against the ground truth.
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::mesh::{Association, Scalars};
 use tetrascope_core::{
     Appearance, Camera, CameraFit, Error, Knot, OpticalModel, Projection as Spread, TetMesh,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::memory::Source;
-use tetrascope_gpu::{Gpu, read_back, testing, wgpu};
+use tetrascope_gpu::{Gpu, read_back, wgpu};
 use tetrascope_projection::{Order, Projection, ProjectionOptions, Sort};
+use tetrascope_testing::{self as testing, between, kuhn, mesh};
 
-use crate::common::{EXACT, crooked, difference, drawn, scene, truth};
+use crate::common::{EXACT, crooked, drawn, scene, truth};
 
 /// From two sides, from a crooked one and along an axis, both projections, and from inside.
 fn views(volume: &Volume) -> Vec<(&'static str, View)> {
@@ -64,7 +64,7 @@ fn compare(test: &str, name: &str, cells: u64, order: Order, (rmse, worst): (f64
         for (from, view) in views(&volume) {
             let picture = renderer.render(&view).expect("nothing can fail");
             let truth = truth(&volume, &appearance, &view);
-            let found = difference(&picture, &truth);
+            let found = between(&picture, &truth);
             eprintln!(
                 "{name} {order:?} {optical_model:?} {from}: RMSE {:.1e}, max {:.1e}, \
                  cycles {:?}, fragments {:?}",
@@ -119,7 +119,7 @@ fn centroids_are_sorted_alike_on_the_device_and_on_the_cpu() {
             assert_eq!(gpu_frame.stats.bytes_uploaded, 0);
             assert!(cpu_frame.stats.bytes_uploaded > 0);
             assert_eq!(gpu_frame.stats.cells_sorted, cpu_frame.stats.cells_sorted);
-            let (rmse, worst) = difference(&gpu_frame, &cpu_frame);
+            let (rmse, worst) = between(&gpu_frame, &cpu_frame);
             assert!(worst < 1e-6, "{name} {from}: {rmse:e} {worst:e}");
         }
     }
@@ -142,7 +142,7 @@ fn cells_in_many_intervals_are_exact() {
     };
     let (volume, coarse) = scene("sphere", 3000);
     let (low, high) = coarse.range();
-    let between = (1..200).map(|i| low + (high - low) * f64::from(i) / 200.0);
+    let shares = (1..200).map(|i| low + (high - low) * f64::from(i) / 200.0);
     let knot = |scalar| {
         let (color, extinction) = coarse.sample(scalar).expect("a number");
         Knot {
@@ -151,7 +151,7 @@ fn cells_in_many_intervals_are_exact() {
             extinction,
         }
     };
-    let mut knots: Vec<Knot> = between.map(knot).collect();
+    let mut knots: Vec<Knot> = shares.map(knot).collect();
     knots.extend(coarse.knots());
     knots.sort_by(|a, b| a.scalar.total_cmp(&b.scalar));
     let fine = TransferFunction::new(knots).expect("sorted");
@@ -164,7 +164,7 @@ fn cells_in_many_intervals_are_exact() {
         let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
         for (from, view) in views(&volume) {
             let picture = renderer.render(&view).expect("a picture");
-            let found = difference(&picture, &truth(&volume, &appearance, &view));
+            let found = between(&picture, &truth(&volume, &appearance, &view));
             let (rmse, worst) = EXACT;
             assert!(
                 found.0 <= rmse && found.1 <= worst,
@@ -212,11 +212,7 @@ fn leaning_ring() -> Volume {
     let points: Vec<DVec3> = points.collect();
     let cells = (0..count).map(|i| [0, 1, 2, 3].map(|k| (i + k) % count));
     let cells: Vec<[u32; 4]> = cells.collect();
-    let scalars = Scalars {
-        name: "angle".into(),
-        association: Association::Point,
-        values: (0..count).map(|i| f64::from(i % 7) / 6.0).collect(),
-    };
+    let scalars = testing::point_scalars((0..count).map(|i| f64::from(i % 7) / 6.0).collect());
     Volume::Mesh(TetMesh::from_tetrahedra(points, cells, scalars).expect("a valid mesh"))
 }
 
@@ -258,11 +254,11 @@ fn cycles_are_counted_and_sorting_in_each_pixel_has_none() {
         drawn(Order::Mpvo).pixels,
         "broken at one place"
     );
-    let exact = difference(&drawn(Order::PerPixel), &truth);
+    let exact = between(&drawn(Order::PerPixel), &truth);
     let (rmse, worst) = EXACT;
     assert!(exact.0 <= rmse && exact.1 <= worst, "{exact:?}");
     // Somewhere a cell that is drawn too late shows: the test can tell.
-    let (_, broken) = difference(&mpvo, &truth);
+    let (_, broken) = between(&mpvo, &truth);
     assert!(broken > worst, "{broken:e}");
 }
 
@@ -300,51 +296,8 @@ fn tiles_lose_no_fragment() {
 
 /// A cube of n³ smaller ones, six tetrahedra each around a diagonal (Kuhn), with one
 /// scalar everywhere.
-fn homogeneous(n: u32, keep: impl Fn(u32, u32, u32) -> bool) -> Volume {
-    let side = n + 1;
-    let point = |x: u32, y: u32, z: u32| (z * side + y) * side + x;
-    let mut points = Vec::new();
-    for z in 0..side {
-        for y in 0..side {
-            for x in 0..side {
-                points.push(DVec3::new(x.into(), y.into(), z.into()) / f64::from(n));
-            }
-        }
-    }
-    let mut cells = Vec::new();
-    let steps = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
-    let orders = [
-        [0, 1, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [0, 2, 1],
-        [2, 1, 0],
-        [1, 0, 2],
-    ];
-    for z in 0..n {
-        for y in 0..n {
-            for x in 0..n {
-                for order in orders.iter().filter(|_| keep(x, y, z)) {
-                    let mut at = [x, y, z];
-                    let mut cell = [point(x, y, z); 4];
-                    for (corner, axis) in order.iter().enumerate() {
-                        for (a, step) in at.iter_mut().zip(steps[*axis]) {
-                            *a += step;
-                        }
-                        cell[corner + 1] = point(at[0], at[1], at[2]);
-                    }
-                    cells.push(cell);
-                }
-            }
-        }
-    }
-    let scalars = Scalars {
-        name: "one".into(),
-        association: Association::Point,
-        values: vec![1.0; points.len()],
-    };
-    let mesh = TetMesh::from_tetrahedra(points, cells, scalars);
-    Volume::Mesh(mesh.expect("a valid mesh"))
+fn homogeneous(n: usize, keep: impl Fn([usize; 3]) -> bool) -> Volume {
+    Volume::Mesh(mesh(kuhn(n, DVec3::ZERO, DVec3::ONE, keep), |_| 1.0))
 }
 
 fn constant(extinction: f64, optical_model: OpticalModel) -> Appearance {
@@ -366,7 +319,7 @@ fn shared_faces_leave_no_seams() {
     let Some(gpu) = testing::gpu("shared_faces_leave_no_seams") else {
         return;
     };
-    let volume = homogeneous(8, |_, _, _| true);
+    let volume = homogeneous(8, |_| true);
     for model in [OpticalModel::EmissionAbsorption, OpticalModel::Absorption] {
         let appearance = constant(2.0, model);
         // 64 pixels over 8 cubes: every boundary between cells lies on a pixel's
@@ -403,7 +356,7 @@ fn holes_are_left_out() {
     let Some(gpu) = testing::gpu("holes_are_left_out") else {
         return;
     };
-    let volume = homogeneous(3, |x, y, z| (x, y, z) != (1, 1, 1));
+    let volume = homogeneous(3, |cube| cube != [1, 1, 1]);
     let camera = Camera::fit(&volume.bounds(), CameraFit::PlusZ, true, 1.0);
     let view = View {
         camera,
@@ -431,7 +384,7 @@ fn a_cell_around_the_eye_starts_at_the_eye() {
     let Some(gpu) = testing::gpu("a_cell_around_the_eye_starts_at_the_eye") else {
         return;
     };
-    let volume = homogeneous(1, |_, _, _| true);
+    let volume = homogeneous(1, |_| true);
     let camera = Camera {
         position: DVec3::splat(0.5),
         focal_point: DVec3::new(0.5, 0.5, 0.0),
@@ -574,7 +527,7 @@ fn a_changed_renderer_draws_like_a_new_one() {
     let changed = renderer.render(&view).expect("a picture");
     // Scalars kept their map of the first transfer function: rounded elsewhere, by
     // 2⁻²⁴ of a width like that of the second.
-    let (rmse, _) = difference(
+    let (rmse, _) = between(
         &changed,
         &drawn(&gpu, &volume, &second, &view, &Default::default()),
     );
@@ -584,7 +537,7 @@ fn a_changed_renderer_draws_like_a_new_one() {
     renderer.reload(&other).expect("it fits");
     let view = views(&other)[0].1;
     let changed = renderer.render(&view).expect("a picture");
-    let (rmse, _) = difference(
+    let (rmse, _) = between(
         &changed,
         &drawn(&gpu, &other, &second, &view, &Default::default()),
     );
@@ -598,7 +551,7 @@ fn the_callers_texture_gets_the_same_picture() {
     };
     // The application's device, its encoder, its texture and format.
     let gpu = Gpu::from_device(gpu.device().clone(), gpu.queue().clone());
-    let volume = homogeneous(2, |_, _, _| true);
+    let volume = homogeneous(2, |_| true);
     let view = views(&volume)[0].1;
     let appearance = constant(3.0, OpticalModel::EmissionAbsorption);
     let options = ProjectionOptions {
@@ -635,7 +588,7 @@ fn what_it_cannot_draw_is_refused() {
         return;
     };
     let appearance = constant(1.0, OpticalModel::Emission);
-    let volume = homogeneous(1, |_, _, _| true);
+    let volume = homogeneous(1, |_| true);
     let options = ProjectionOptions {
         order: Order::Unsorted,
         ..ProjectionOptions::default()

@@ -8,12 +8,10 @@
 use tetrascope_core::{Knot, TransferFunction, VolumeRenderer as _};
 use tetrascope_gpu::look::look;
 use tetrascope_gpu::passes::{compute_pipeline, module};
-use tetrascope_gpu::testing;
 use tetrascope_gpu::wgpu::BufferUsages;
+use tetrascope_testing as testing;
 
-use tetrascope_core::Scalars;
 use tetrascope_core::glam::{DAffine3, Vec3};
-use tetrascope_core::mesh::Association;
 
 use super::*;
 
@@ -118,14 +116,9 @@ const KINDS: [Kind; 9] = [
     },
 ];
 
-/// The six tetrahedra around a cube's diagonal; bit i of a corner is its place along
-/// axis i.
-const AROUND: [[usize; 2]; 6] = [[1, 3], [3, 2], [2, 6], [6, 4], [4, 5], [5, 1]];
-
 fn mesh(kind: &Kind) -> TetMesh {
     let mut random = Random(0x2545_f491_4f6c_dd1d);
     let side = CUBES + 1;
-    let index = |[i, j, k]: [usize; 3]| i + side * (j + side * k);
     let height = |k: usize| {
         let (pairs, rest) = (k / 2, k % 2);
         pairs as f64 * (1.0 + kind.thickness) + rest as f64 * kind.thickness
@@ -136,20 +129,8 @@ fn mesh(kind: &Kind) -> TetMesh {
         let at = DVec3::new(i as f64, j as f64, height(k));
         points.push(at + kind.jitter * random.vector() + kind.offset);
     }
-    let mut tetrahedra = Vec::new();
-    for cube in 0..CUBES * CUBES * CUBES {
-        let at = [cube % CUBES, cube / CUBES % CUBES, cube / (CUBES * CUBES)];
-        if kind.cavity && at == [CUBES / 2; 3] {
-            continue;
-        }
-        let corner = |bits: usize| index([0, 1, 2].map(|axis| at[axis] + (bits >> axis & 1)));
-        tetrahedra.extend(AROUND.map(|[a, b]| [0, a, b, 7].map(|bits| corner(bits) as u32)));
-    }
-    let scalars = Scalars {
-        name: "s".into(),
-        association: Association::Point,
-        values: vec![0.0; points.len()],
-    };
+    let tetrahedra = testing::kuhn_cells(CUBES, |at| !kind.cavity || at != [CUBES / 2; 3]);
+    let scalars = testing::point_scalars(vec![0.0; points.len()]);
     TetMesh::from_tetrahedra(points, tetrahedra, scalars).expect("a mesh")
 }
 
@@ -405,11 +386,7 @@ fn integers_decide_as_floats_do() {
     };
     let mesh = mesh(&KINDS[5]);
     let count = mesh.points().len();
-    let field = Scalars {
-        name: "s".into(),
-        association: Association::Point,
-        values: (0..count).map(|i| i as f64 / count as f64).collect(),
-    };
+    let field = testing::point_scalars((0..count).map(|i| i as f64 / count as f64).collect());
     let volume = Volume::Mesh(mesh.with_scalars(field).expect("as many values"));
     let knot = |scalar, extinction| Knot {
         scalar,

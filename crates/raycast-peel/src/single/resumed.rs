@@ -6,7 +6,7 @@ use tetrascope_core::{
     Camera, CameraFit, ClipPlane, DepthCue, Isosurface, Knot, Projection, Scalars,
     TransferFunction, VolumeRenderer as _,
 };
-use tetrascope_gpu::testing;
+use tetrascope_testing as testing;
 
 use super::*;
 

@@ -4,13 +4,14 @@ use tetrascope_core::{
     Appearance, Camera, CameraFit, Error, Frame, OpticalModel, Projection, View, Volume,
     VolumeRenderer as _,
 };
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::Gpu;
 use tetrascope_raycast_peel::{Entries, Locality, RaycastOptions, RaycastPeel};
-
-use crate::common::{
-    angular_sector, cells, cutting, draw, fitted, inside, liquid_oxygen_post, mismatched, ramp,
-    renderer, scene, stacked_plates, super_phoenix, surfaces, tilted, view,
+use tetrascope_testing::{
+    self as testing, angular_sector, cells, cutting, fitted, inside, liquid_oxygen_post,
+    mismatched, ramp, stacked_plates, super_phoenix, surfaces, tilted, view,
 };
+
+use crate::common::{draw, renderer, scene};
 
 const SIDE: u32 = 32;
 

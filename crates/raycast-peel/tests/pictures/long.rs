@@ -2,17 +2,17 @@
 //! devices have: no dispatch may end a ray.
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::mesh::Association;
 use tetrascope_core::{
-    Appearance, CameraFit, Cells, Knot, OpticalModel, Scalars, TetMesh, TransferFunction, Volume,
+    Appearance, CameraFit, Cells, Knot, OpticalModel, TetMesh, TransferFunction, Volume,
     VolumeRenderer as _,
 };
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::Gpu;
 use tetrascope_raycast_peel::{Entries, Locality, Passes, RaycastOptions};
-
-use crate::common::{
-    Difference, difference, draw, fitted, jumping, mesh, renderer, scale, split, truth,
+use tetrascope_testing::{
+    self as testing, ImageError, data_set, fitted, jumping, scale, split, truth,
 };
+
+use crate::common::{draw, renderer};
 
 const SIDE: u32 = 24;
 
@@ -26,14 +26,6 @@ impl Random {
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
         (self.0 >> 40) as f64 / f64::from(1 << 24)
-    }
-}
-
-fn field(values: Vec<f64>) -> Scalars {
-    Scalars {
-        name: "s".into(),
-        association: Association::Point,
-        values,
     }
 }
 
@@ -58,7 +50,7 @@ fn tetrahedra(count: u32) -> Volume {
     }
     let cells = (0..count).map(|body| [0, 1, 2, 3].map(|i| 4 * body + i));
     let values = points.iter().map(|_| random.next()).collect();
-    let mesh = TetMesh::from_tetrahedra(points, cells.collect(), field(values));
+    let mesh = TetMesh::from_tetrahedra(points, cells.collect(), testing::point_scalars(values));
     Volume::Mesh(mesh.expect("a mesh"))
 }
 
@@ -87,7 +79,7 @@ fn hexahedra(count: u32) -> Volume {
         cells.offsets.push(8 * (body + 1));
     }
     let values = points.iter().map(|_| random.next()).collect();
-    let mesh = TetMesh::new(points, &cells, field(values));
+    let mesh = TetMesh::new(points, &cells, testing::point_scalars(values));
     Volume::Mesh(mesh.expect("a mesh"))
 }
 
@@ -121,7 +113,7 @@ fn shells(count: u32) -> Volume {
     }
     let values = points.iter().map(|p| (1.3 * p.x + p.y - 0.7 * p.z).sin());
     let values = values.collect();
-    let mesh = TetMesh::new(points, &cells, field(values));
+    let mesh = TetMesh::new(points, &cells, testing::point_scalars(values));
     Volume::Mesh(mesh.expect("a mesh"))
 }
 
@@ -160,7 +152,7 @@ fn check(
             let view = fitted(volume, CameraFit::PlusZ, orthographic, SIDE);
             let exact = reference.render_exact(&view).expect("a frame");
             let frame = draw(gpu, volume, &appearance, options, &view);
-            let Difference { rmse, max } = difference(&frame, &exact.pixels);
+            let ImageError { rmse, max, .. } = ImageError::against(&exact.pixels, &frame);
             let unit = scale(&exact.pixels);
             let what = format!("{name}, {}, parallel: {orthographic}", model.name());
             println!(
@@ -294,7 +286,7 @@ fn cells_that_share_no_points_are_passed_one_after_the_other() {
     };
     let defaults = RaycastOptions::default();
     let models = [OpticalModel::EmissionAbsorption];
-    let mesh = mesh("torus", Some(1500));
+    let mesh = data_set("torus", Some(1500));
     check(
         &gpu,
         "agreeing",
@@ -336,11 +328,11 @@ fn a_field_may_begin_to_jump() {
     let Some(gpu) = testing::gpu("a_field_may_begin_to_jump") else {
         return;
     };
-    let mesh = mesh("sphere", Some(700));
+    let mesh = data_set("sphere", Some(700));
     let Volume::Mesh(jumping) = jumping(&mesh) else {
         panic!("a mesh")
     };
-    let smooth = field(
+    let smooth = testing::point_scalars(
         (0..mesh.cell_count())
             .flat_map(|c| mesh.cell_scalars(c))
             .collect(),

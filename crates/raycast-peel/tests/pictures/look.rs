@@ -2,37 +2,22 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, ClipPlane, DepthCue, Knot, OpticalModel, Projection, Scalars,
-    TransferFunction, View, Volume, VolumeRenderer as _,
+    Appearance, CameraFit, ClipPlane, DepthCue, Knot, OpticalModel, Scalars, TransferFunction,
+    Volume, VolumeRenderer as _,
 };
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::Gpu;
 use tetrascope_raycast_peel::{RaycastOptions, RaycastPeel};
 use tetrascope_reference::Reference;
-
-use crate::common::{
-    Difference, difference, fitted, is_explained, plates, ramp, renderer, scale, scene, split,
-    surfaces, tilted, truth, view,
+use tetrascope_testing::{
+    self as testing, ImageError, fitted, is_explained, outside_and_inside, ramp, scale, split,
+    stacked_plates, surfaces, tilted, truth,
 };
+
+use crate::common::{renderer, scene};
 
 /// What `reference.rs` allows and why; cutting adds one rounding an end.
 const RMSE: f64 = 2e-6;
 const MAX: f64 = 1e-4;
-
-fn views(volume: &Volume) -> [View; 3] {
-    let bounds = volume.bounds();
-    let inside = Camera {
-        position: bounds.center() + 0.1 * bounds.size(),
-        focal_point: bounds.center(),
-        view_up: DVec3::Z,
-        projection: Projection::Perspective { view_angle: 70.0 },
-    };
-    [
-        Camera::fit(&bounds, CameraFit::PlusIso, false, 1.0),
-        Camera::fit(&bounds, CameraFit::MinusIso, true, 1.0),
-        inside,
-    ]
-    .map(|camera| view(camera, 40))
-}
 
 fn new(gpu: &Gpu, volume: &Volume, appearance: &Appearance) -> (RaycastPeel, Reference) {
     let rays = renderer(gpu, volume, appearance, &RaycastOptions::default());
@@ -46,11 +31,11 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume, appearance: &Appearance) {
             ..appearance.clone()
         };
         let (rays, truth) = new(gpu, volume, &appearance);
-        for view in views(volume) {
+        for view in outside_and_inside(volume, 40) {
             let frame = rays.render(&view).expect("a frame");
             let truth = truth.render_exact(&view).expect("a frame");
             let scale = scale(&truth.pixels);
-            let Difference { rmse, max } = difference(&frame, &truth.pixels);
+            let ImageError { rmse, max, .. } = ImageError::against(&truth.pixels, &frame);
             println!("{name}, {}: rmse {rmse:.1e}, max {max:.1e}", model.name());
             assert!(
                 rmse <= RMSE * scale && max <= MAX * scale,
@@ -114,7 +99,7 @@ fn what_planes_cut_away_is_not_visited() {
         return;
     };
     let (volume, mut appearance) = scene("sphere", 3000);
-    let view = views(&volume)[0];
+    let view = outside_and_inside(&volume, 40)[0];
     let (rays, _) = new(&gpu, &volume, &appearance);
     let whole = rays.render(&view).expect("a frame").stats.cell_visits;
     // All but the part near the camera.
@@ -146,7 +131,7 @@ fn isosurfaces_agree_with_the_reference() {
         for clip_planes in [Vec::new(), tilted(&volume)] {
             appearance.clip_planes = clip_planes;
             let (rays, reference) = new(&gpu, &volume, &appearance);
-            for view in views(&volume) {
+            for view in outside_and_inside(&volume, 40) {
                 let frame = rays.render(&view).expect("a frame");
                 let truth = reference.render_exact(&view).expect("a frame");
                 let depths = frame.depths.as_ref().expect("surfaces have depths");
@@ -185,7 +170,7 @@ fn a_surface_in_the_last_cell_of_a_path_hides_what_follows() {
     let Some(gpu) = testing::gpu("a_surface_in_the_last_cell_of_a_path_hides_what_follows") else {
         return;
     };
-    let whole = plates();
+    let whole = stacked_plates(2);
     let Volume::Mesh(mesh) = &whole else {
         panic!("a mesh")
     };
@@ -218,7 +203,7 @@ fn surfaces_and_volume_follow_each_other() {
     };
     let (volume, volumetric) = scene("sphere", 1000);
     let surfaces = surfaces(&volume, volumetric.clone());
-    let view = views(&volume)[0];
+    let view = outside_and_inside(&volume, 40)[0];
     let (mut rays, _) = new(&gpu, &volume, &volumetric);
     let before = rays.render(&view).expect("a frame");
     rays.restyle(&surfaces).expect("surfaces");

@@ -5,14 +5,15 @@ use tetrascope_core::{
     Appearance, Camera, CameraFit, DirectionalLight, Frame, Isosurface, Lighting, OpticalModel,
     Projection, TetMesh, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::Gpu;
 use tetrascope_raycast_peel::{Passes, RaycastOptions};
 use tetrascope_reference::Reference;
-
-use crate::common::{
-    angular_sector, blunt_fin, data, difference, exactly, fitted, is_explained, liquid_oxygen_post,
-    mesh, ramp, renderer, scale, super_phoenix, surfaces, truth, view,
+use tetrascope_testing::{
+    self as testing, ImageError, angular_sector, blunt_fin, data_set, exactly, fitted,
+    is_explained, liquid_oxygen_post, mesh_data, ramp, scale, super_phoenix, surfaces, truth, view,
 };
+
+use crate::common::renderer;
 
 /// Whether to draw what the bars are stated for, by hand and in release: 512 pixels a side
 /// and data sets of their own size.
@@ -100,7 +101,7 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume) {
             if let Some(stepped) = &stepped {
                 let stepped = stepped.render(&view).expect("a frame");
                 assert_eq!(stepped.stats.lost_rays, Some(0), "{what}");
-                let apart = difference(&stepped, &exactly(&frame));
+                let apart = ImageError::against(&exactly(&frame), &stepped);
                 let scale = scale(&exact.pixels);
                 println!(
                     "{what}: a step a pass {:.1e}, {:.1e}",
@@ -122,7 +123,7 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume) {
                 ),
                 _ => 0,
             };
-            let errors = difference(&frame, &exact.pixels);
+            let errors = ImageError::against(&exact.pixels, &frame);
             println!(
                 "{what}: rmse {:.1e}, max {:.1e} of {scale:.1}, {outlines} on outlines",
                 errors.rmse, errors.max
@@ -155,7 +156,7 @@ macro_rules! judged {
 #[test]
 fn the_pixel_of_the_blunt_fin_that_is_off_is_explained() {
     let test = "the_pixel_of_the_blunt_fin_that_is_off_is_explained";
-    let (Some(gpu), Some(data)) = (testing::gpu(test), data(test, "bluntfin_tets.vtu")) else {
+    let (Some(gpu), Some(data)) = (testing::gpu(test), mesh_data(test, "bluntfin_tets.vtu")) else {
         return;
     };
     let volume = Volume::Mesh(data.into_mesh(Some("density")).expect("a mesh"));
@@ -189,7 +190,7 @@ fn the_pixel_of_the_blunt_fin_that_is_off_is_explained() {
     let exact = reference.render_exact(&view).expect("a frame").pixels;
     // Another device may round to the other side, or at other pixels.
     let explained = explain(&mut frame, &exact, &reference, &volume, &appearance, &view);
-    let errors = difference(&frame, &exact);
+    let errors = ImageError::against(&exact, &frame);
     println!("{explained} explained, {errors:?}");
     assert!(explained <= 4, "{explained}");
     assert!(errors.rmse <= RMSE && errors.max <= MAX, "{errors:?}");
@@ -197,7 +198,7 @@ fn the_pixel_of_the_blunt_fin_that_is_off_is_explained() {
 
 fn made(name: &str) -> Option<TetMesh> {
     let cells = if at_full_size() { None } else { Some(5000) };
-    Some(mesh(name, cells))
+    Some(data_set(name, cells))
 }
 
 judged! {

@@ -6,12 +6,14 @@ use tetrascope_core::{
     Appearance, CameraFit, ClipPlane, DepthCue, Error, Frame, Knot, OpticalModel, Projection,
     Scalars, TransferFunction, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::Gpu;
 use tetrascope_raycast_peel::{Crossings, Passes, RaycastOptions, RaycastPeel};
-
-use crate::common::{
-    self, Difference, cutting, draw, exactly, fitted, inside, plates, scene, truth, view,
+use tetrascope_testing::{
+    self as testing, ImageError, cells, cutting, exactly, fitted, inside, ramp, split,
+    stacked_plates, truth, view,
 };
+
+use crate::common::{draw, scene};
 
 const SIDE: u32 = 40;
 
@@ -213,7 +215,7 @@ fn by_sides_a_step_a_pass_is_one_dispatch() {
     let Volume::Mesh(mesh) = &staircase else {
         panic!("a mesh")
     };
-    scenes.push(("faces in one place", (common::split(mesh), appearance)));
+    scenes.push(("faces in one place", (split(mesh), appearance)));
     // A flat cell between two pairs that share no diagonal: on its front the scalar is 0 in the
     // middle, on its back 1, and a ray that leaves it may be back by a rounding.
     let top = [[0, 1, 2, 4], [0, 2, 3, 4]];
@@ -231,22 +233,22 @@ fn by_sides_a_step_a_pass_is_one_dispatch() {
         ("a flat cell", [1, 0, 2, 3]),
         ("the other way round", [0, 1, 2, 3]),
     ] {
-        let saddle = common::cells(&points, &[&top[..], &[flat], &bottom].concat(), &values);
-        let style = common::ramp(&saddle);
+        let saddle = cells(&points, &[&top[..], &[flat], &bottom].concat(), &values);
+        let style = ramp(&saddle);
         scenes.push((name, (saddle, style)));
     }
     // Two cells on the same side of the face between them.
     let folded = [[0, 1, 2, 4], [0, 1, 2, 6]];
     let points = [&points[..], &[[0.6, 0.3, 0.4]]].concat();
     let values = [0.0, 1.0, 0.2, 0.9, 0.5, 0.5, 0.7];
-    let folded = common::cells(&points, &folded, &values);
-    let style = common::ramp(&folded);
+    let folded = cells(&points, &folded, &values);
+    let style = ramp(&folded);
     scenes.push(("a folded mesh", (folded, style)));
     // Two cells in one place, of which the first is met first.
     let twice = [&square[..3], &points[4..5], &square[..3], &points[4..5]].concat();
     let values = [0.0, 0.2, 0.1, 0.3, 0.9, 1.0, 0.8, 0.7];
-    let twice = common::cells(&twice, &[[0, 1, 2, 3], [4, 5, 6, 7]], &values);
-    let style = common::ramp(&twice);
+    let twice = cells(&twice, &[[0, 1, 2, 3], [4, 5, 6, 7]], &values);
+    let style = ramp(&twice);
     scenes.push(("two cells in one place", (twice, style)));
     for (name, (volume, appearance)) in scenes {
         let mut views = views(&volume);
@@ -258,7 +260,7 @@ fn by_sides_a_step_a_pass_is_one_dispatch() {
             let single = RaycastOptions::default();
             let single = draw(&gpu, &volume, &appearance, &single, &view);
             let frame = draw(&gpu, &volume, &appearance, &ping_pong(), &view);
-            let Difference { rmse, max } = common::difference(&frame, &exactly(&single));
+            let ImageError { rmse, max, .. } = ImageError::against(&exactly(&single), &frame);
             assert_eq!(frame.stats.lost_rays, Some(0), "{name}, {from}");
             if name == "a folded mesh" {
                 // A path's cells are seen in its order, and the two forms may begin at
@@ -280,7 +282,7 @@ fn by_sides_a_step_a_pass_is_one_dispatch() {
                 // A corner without a scalar and a weight of 1e-5 once made a scalar beyond
                 // all intervals, and a loop that had no end. As in `reference.rs`.
                 let exact = truth(&volume, &appearance).render_exact(&view);
-                let max = common::difference(&single, &exact.expect("a frame").pixels).max;
+                let max = ImageError::against(&exact.expect("a frame").pixels, &single).max;
                 assert!(max <= 1e-4, "{name}, {from}: {max:e}");
             }
         }
@@ -401,7 +403,7 @@ fn the_papers_bias_hides_what_is_thin() {
     let Some(gpu) = testing::gpu("the_papers_bias_hides_what_is_thin") else {
         return;
     };
-    let volume = plates();
+    let volume = stacked_plates(2);
     let knot = |scalar| Knot {
         scalar,
         color: DVec3::ONE,

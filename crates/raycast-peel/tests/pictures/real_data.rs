@@ -2,13 +2,13 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Camera, CameraFit, Frame, TetMesh, View, Volume, VolumeRenderer as _};
-use tetrascope_gpu::testing;
 use tetrascope_raycast_peel::{Crossings, Passes, RaycastOptions};
-
-use crate::common::{
-    Difference, angular_sector, blunt_fin, difference, exactly, liquid_oxygen_post, ramp, renderer,
+use tetrascope_testing::{
+    self as testing, ImageError, angular_sector, blunt_fin, exactly, liquid_oxygen_post, ramp,
     super_phoenix, truth,
 };
+
+use crate::common::renderer;
 
 /// Pixels a side.
 const SIDE: u32 = 48;
@@ -20,7 +20,7 @@ const OUTLIER: f64 = 3e-4;
 #[derive(Debug)]
 struct Errors {
     /// Of one dispatch, against the truth.
-    single: Difference,
+    single: ImageError,
     /// Of a step a pass, against one dispatch: RMSE over the pixels that differ by less
     /// than `OUTLIER`, and how many differ by more.
     ping_pong: (f64, usize),
@@ -87,7 +87,7 @@ fn check(test: &str, mesh: TetMesh) {
             .collect();
         let close = apart.iter().filter(|e| **e <= OUTLIER);
         let errors = Errors {
-            single: difference(&frame, &exact.pixels),
+            single: ImageError::against(&exact.pixels, &frame),
             ping_pong: (
                 (close.map(|e| e * e).sum::<f64>() / count).sqrt(),
                 apart
@@ -99,12 +99,12 @@ fn check(test: &str, mesh: TetMesh) {
         };
         let stepped = by_sides.render(&view).expect("a frame");
         assert_eq!(stepped.stats.lost_rays, Some(0), "{test}, {from}");
-        let apart = difference(&stepped, &exactly(&frame));
+        let apart = ImageError::against(&exactly(&frame), &stepped);
         println!("{test}, {from}: {errors:?}, by sides {apart:?}");
         // As of the small scenes in `ping_pong.rs`.
         assert!(apart.max <= 1e-5, "{test}, {from}: {apart:?}");
         // The bar: no pixel beyond 1e-3.
-        let Difference { rmse, max } = errors.single;
+        let ImageError { rmse, max, .. } = errors.single;
         assert!(rmse <= 1e-5 && max <= 1e-3, "{test}, {from}: {errors:?}");
         // As of the small scenes in `ping_pong.rs`, where outliers are explained.
         let (apart, outliers) = errors.ping_pong;

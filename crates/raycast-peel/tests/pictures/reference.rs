@@ -3,36 +3,27 @@
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, Cells, Knot, OpticalModel, Projection, Scalars, TetMesh,
-    TransferFunction, View, Volume, VolumeRenderer as _,
+    Appearance, Camera, CameraFit, Cells, Knot, OpticalModel, Scalars, TetMesh, TransferFunction,
+    View, Volume, VolumeRenderer as _,
 };
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::Gpu;
 use tetrascope_raycast_peel::{RaycastOptions, RaycastPeel};
+use tetrascope_testing::{
+    self as testing, ImageError, fitted, outside_and_inside, scale, split, truth, view,
+};
 
-use crate::common::{Difference, difference, fitted, renderer, scale, scene, split, truth, view};
+use crate::common::{renderer, scene};
 
 const SIDE: u32 = 64;
 
 fn views(volume: &Volume) -> Vec<(&'static str, View)> {
-    let bounds = volume.bounds();
-    let inside = Camera {
-        position: bounds.center() + 0.1 * bounds.size(),
-        focal_point: bounds.center(),
-        view_up: DVec3::Z,
-        projection: Projection::Perspective { view_angle: 70.0 },
-    };
+    let [perspective, orthographic, inside] = outside_and_inside(volume, SIDE);
     vec![
-        (
-            "perspective",
-            fitted(volume, CameraFit::PlusIso, false, SIDE),
-        ),
-        (
-            "orthographic",
-            fitted(volume, CameraFit::MinusIso, true, SIDE),
-        ),
+        ("perspective", perspective),
+        ("orthographic", orthographic),
         // Along an axis of the lattice: rays in faces and along edges.
         ("along z", fitted(volume, CameraFit::PlusZ, true, SIDE)),
-        ("inside", view(inside, SIDE)),
+        ("inside", inside),
     ]
 }
 
@@ -57,7 +48,7 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume, appearance: &Appearance) {
         for (from, view) in views(volume) {
             let frame = rays.render(&view).expect("a frame");
             let truth = reference.render_exact(&view).expect("a frame");
-            let Difference { rmse, max } = difference(&frame, &truth.pixels);
+            let ImageError { rmse, max, .. } = ImageError::against(&truth.pixels, &frame);
             let scale = scale(&truth.pixels);
             let what = format!("{name}, {}, {from}", model.name());
             println!("{what}: rmse {rmse:.1e}, max {max:.1e} of {scale:.1}");
@@ -97,11 +88,7 @@ fn mesh(name: &str, cells: u64) -> (TetMesh, Appearance) {
 }
 
 fn point_scalars(values: Vec<f64>) -> Scalars {
-    Scalars {
-        name: "s".into(),
-        association: Association::Point,
-        values,
-    }
+    testing::point_scalars(values)
 }
 
 #[test]

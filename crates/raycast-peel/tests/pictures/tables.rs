@@ -5,15 +5,16 @@ use tetrascope_core::{
     Appearance, CameraFit, DepthCue, Error, Frame, Knot, OpticalModel, TetMesh, TransferFunction,
     View, Volume,
 };
+use tetrascope_gpu::Gpu;
 use tetrascope_gpu::preintegration::mean_chord;
-use tetrascope_gpu::{Gpu, testing};
 use tetrascope_raycast_peel::{Integration, Passes, RaycastOptions, RaycastPeel};
+use tetrascope_testing::{self as testing, ImageError, data_set, exactly, fitted};
 
-use crate::common::{self, difference, exactly, fitted, mesh};
+use crate::common;
 
 /// A sphere under a transfer function without steps, dense enough to hide its back.
 fn scene(model: OpticalModel) -> (Volume, Appearance, View) {
-    let volume = Volume::Mesh(mesh("sphere", Some(3000)));
+    let volume = Volume::Mesh(data_set("sphere", Some(3000)));
     let (low, high) = volume.scalar_range().expect("scalars");
     let size = volume.bounds().diagonal();
     let knot = |share: f64, color, depth: f64| Knot {
@@ -46,7 +47,7 @@ fn draw(
 }
 
 fn rmse(a: &Frame, b: &Frame) -> f64 {
-    difference(a, &exactly(b)).rmse
+    ImageError::against(&exactly(b), a).rmse
 }
 
 /// The table's error is of second order in its samples' distance: from 16 to 32 samples a
@@ -101,7 +102,7 @@ fn fixed_lengths_count_cells() {
     let Some(gpu) = testing::gpu("fixed_lengths_count_cells") else {
         return;
     };
-    let small = mesh("sphere", Some(3000));
+    let small = data_set("sphere", Some(3000));
     // So that a normalized unit is more than one of the world.
     let points = small.points().iter().map(|&p| 5.0 * p).collect();
     let (cells, scalars) = (small.tetrahedra().to_vec(), small.scalars().clone());

@@ -184,7 +184,7 @@ fn a_cycle_of_three_cells_is_in_order_on_every_ray() {
         knots.push(knot(k as f64, color, 40.0));
     }
     let values = (0..12).map(|i| f64::from(i / 4)).collect();
-    let cycle = TetMesh::from_tetrahedra(points, cells, field(values)).expect("valid");
+    let cycle = TetMesh::from_tetrahedra(points, cells, point_scalars(values)).expect("valid");
     let truth = reference(&cycle, &appearance(knots, MODEL));
     let projection = Projection::Orthographic {
         parallel_scale: 1.2,
@@ -287,7 +287,7 @@ fn cells_across_behind_and_far_beside_the_eye() {
 
 #[test]
 fn nothing_and_numbers_that_are_none() {
-    let empty = TetMesh::from_tetrahedra(vec![], vec![], field(vec![])).expect("valid");
+    let empty = TetMesh::from_tetrahedra(vec![], vec![], point_scalars(vec![])).expect("valid");
     let truth = reference(&empty, &grey(1.0));
     let background = [0.25, 0.5, 1.0, 0.5];
     let view = View {
@@ -301,8 +301,8 @@ fn nothing_and_numbers_that_are_none() {
     let (points, cells) = kuhn(2, DVec3::ZERO, DVec3::ONE);
     let mut values = vec![0.0; points.len()];
     values[13] = f64::NAN; // the middle, used by every cube
-    let holed =
-        TetMesh::from_tetrahedra(points.clone(), cells.clone(), field(values)).expect("valid");
+    let holed = TetMesh::from_tetrahedra(points.clone(), cells.clone(), point_scalars(values))
+        .expect("valid");
     let kept = cells.iter().filter(|c| !c.contains(&13)).copied().collect();
     let without = mesh((points, kept), |_| 0.0);
     for view in views(16) {
@@ -361,7 +361,9 @@ fn new_scalars_keep_the_bvh_and_new_geometry_replaces_it() {
     let lattice = kuhn(3, DVec3::ZERO, DVec3::ONE);
     let first = mesh(lattice.clone(), |p| p.x);
     let count = first.points().len();
-    let second = first.with_scalars(field(vec![0.5; count])).expect("valid");
+    let second = first
+        .with_scalars(point_scalars(vec![0.5; count]))
+        .expect("valid");
     let knots = vec![knot(0.0, [0.0; 3], 0.0), knot(1.0, [1.0; 3], 3.0)];
     let look = appearance(knots, MODEL);
     let mut truth = reference(&first, &look);

@@ -1,7 +1,7 @@
 //! Isosurfaces and depth cue on regular grids: closed forms, and searches made here.
 
 use crate::closed_forms::check;
-use crate::grids::{Place, grid, lumps, of_samples, quadrature, skewed, span, truth, unit};
+use crate::grids::{lumps, quadrature, skewed, span, truth};
 use crate::scenes::*;
 use tetrascope_core::appearance::clip_ray;
 use tetrascope_core::glam::DVec3;
@@ -11,6 +11,7 @@ use tetrascope_core::{
     Appearance, Bounds, ClipPlane, DepthCue, DirectionalLight, Grid, Isosurface, Lighting,
     OpticalModel, Ray, View,
 };
+use tetrascope_testing::{Place, grid};
 
 fn surfaces(values: &[(f64, [f64; 3])]) -> Appearance {
     let mut look = appearance(vec![knot(0.0, [0.0; 3], 0.0)], OpticalModel::Isosurfaces);
@@ -176,7 +177,7 @@ fn isosurfaces_of_a_linear_field_are_planes() {
         (5.0, [1.0; 3]),
     ]);
     for n in [1, 4] {
-        let place = unit(n);
+        let place = Place::unit(n);
         let grid = grid(&place, |p| SLOPE.dot(p));
         let truth = truth(&grid, &look);
         let mut hits = 0;
@@ -225,7 +226,7 @@ fn isosurfaces_of_a_product_are_roots_of_cubics() {
     let field = |p: DVec3| (p.x * p.y * p.z, DVec3::new(p.y * p.z, p.x * p.z, p.x * p.y));
     let mut look = surfaces(&[(0.3, [1.0, 0.2, 0.1]), (0.05, [0.1, 0.9, 0.4])]);
     for n in [1, 4] {
-        let place = unit(n);
+        let place = Place::unit(n);
         let grid = grid(&place, |p| field(p).0);
         assert!(check_surfaces(&place, &grid, &look, &field) > 1000);
     }
@@ -241,15 +242,15 @@ fn isosurfaces_of_a_product_are_roots_of_cubics() {
         },
     ];
     look.lighting = Lighting::default();
-    let grid = grid(&unit(2), |p| field(p).0);
-    assert!(check_surfaces(&unit(2), &grid, &look, &field) > 300);
+    let grid = grid(&Place::unit(2), |p| field(p).0);
+    assert!(check_surfaces(&Place::unit(2), &grid, &look, &field) > 300);
 }
 
 // |p − m|² sampled on a lattice: each coordinate's square becomes a chain of chords, so that
 // a ray meets the surface where a sum of three piecewise linear functions does.
 #[test]
 fn isosurfaces_of_a_sampled_ball() {
-    let place = unit(8);
+    let place = Place::unit(8);
     let field = |p: DVec3| (p - DVec3::splat(0.5)).length_squared();
     let grid = grid(&place, field);
     let chord = |x: f64| {
@@ -283,7 +284,7 @@ fn isosurfaces_of_any_grid_are_what_a_search_finds() {
         Samples::U8(floats.iter().map(|v| *v as u8).collect()),
         Samples::I16(floats.iter().map(|v| *v as i16).collect()),
     ] {
-        let grid = of_samples(&place, samples);
+        let grid = place.grid(samples);
         let hits = check_surfaces(&place, &grid, &look, &interpolant(&grid));
         assert!(hits > 1000, "{hits}");
     }
@@ -295,11 +296,11 @@ fn isosurfaces_of_any_grid_are_what_a_search_finds() {
 fn a_surface_that_is_touched() {
     let place = Place {
         dims: [3, 2, 2],
-        ..unit(1)
+        ..Place::unit(1)
     };
     let row = |values: [f32; 3]| {
         let samples = (0..4).flat_map(|_| values).collect();
-        of_samples(&place, Samples::F32(samples))
+        place.grid(Samples::F32(samples))
     };
     let look = surfaces(&[(0.5, [1.0; 3])]);
     let ray = Ray {
@@ -321,7 +322,7 @@ fn a_surface_that_is_touched() {
 // where the normal is that of one cell or another.
 #[test]
 fn rays_in_faces_meet_surfaces_too() {
-    let place = unit(4);
+    let place = Place::unit(4);
     let grid = grid(&place, |p| (p - DVec3::splat(0.5)).length());
     let look = surfaces(&[(0.3, [1.0; 3])]);
     let truth = truth(&grid, &look);
@@ -364,7 +365,7 @@ fn a_depth_cue_dims_what_is_far() {
         ]
     };
     for n in [1, 4] {
-        let place = unit(n);
+        let place = Place::unit(n);
         let grid = grid(&place, field);
         for model in OpticalModel::VOLUMETRIC {
             let look = cued(model, knots());
@@ -398,7 +399,7 @@ fn a_depth_cue_over_a_cubic_agrees_with_quadrature() {
         for model in [OpticalModel::EmissionAbsorption, OpticalModel::Emission] {
             let knots = vec![knot(-1.0, [0.0, 1.0, 0.3], 0.5), knot(2.0, far, 9.5)];
             let look = cued(model, knots);
-            let place = unit(4);
+            let place = Place::unit(4);
             let grid = grid(&place, field);
             let truth = truth(&grid, &look);
             for view in views(6) {

@@ -10,24 +10,11 @@ use tetrascope_core::{
     VolumeRenderer as _,
 };
 use tetrascope_reference::{Reference, ReferenceOptions};
+use tetrascope_testing::{Place, grid};
 
-/// Where the samples of a grid lie.
-#[derive(Clone, Copy)]
-pub(crate) struct Place {
-    pub(crate) dims: [usize; 3],
-    pub(crate) origin: DVec3,
-    pub(crate) spacing: DVec3,
-    pub(crate) direction: DMat3,
-}
-
-/// n cells a side over [0, 1]³.
-pub(crate) fn unit(n: usize) -> Place {
-    Place {
-        dims: [n + 1; 3],
-        origin: DVec3::ZERO,
-        spacing: DVec3::splat(1.0 / n as f64),
-        direction: DMat3::IDENTITY,
-    }
+/// The ground truth of a grid.
+pub(crate) fn truth(grid: &Grid, look: &Appearance) -> Reference {
+    tetrascope_testing::truth(&Volume::Grid(grid.clone()), look)
 }
 
 /// Stretched, flipped and turned, about as large as [0, 1]³ and around its middle.
@@ -47,36 +34,6 @@ pub(crate) fn skewed() -> Place {
         spacing,
         direction,
     }
-}
-
-/// Samples of `field`, which is given world positions.
-pub(crate) fn grid(place: &Place, field: impl Fn(DVec3) -> f64) -> Grid {
-    let [nx, ny, nz] = place.dims;
-    let mut samples = Vec::new();
-    for k in 0..nz {
-        for j in 0..ny {
-            for i in 0..nx {
-                let p = DVec3::new(i as f64, j as f64, k as f64) * place.spacing;
-                samples.push(field(place.origin + place.direction * p) as f32);
-            }
-        }
-    }
-    of_samples(place, Samples::F32(samples))
-}
-
-pub(crate) fn of_samples(place: &Place, samples: Samples) -> Grid {
-    let Place {
-        dims,
-        origin,
-        spacing,
-        direction,
-    } = *place;
-    Grid::new(dims, origin, spacing, direction, samples).expect("a valid grid")
-}
-
-pub(crate) fn truth(grid: &Grid, look: &Appearance) -> Reference {
-    let volume = Volume::Grid(grid.clone());
-    Reference::new(&volume, look, &ReferenceOptions::default()).expect("a grid is drawn")
 }
 
 /// Where a ray enters and leaves the grid before its origin.
@@ -105,7 +62,7 @@ fn knots() -> Vec<Knot> {
 #[test]
 fn a_uniform_grid() {
     let (color, sigma) = ([0.9, 0.5, 0.2], 1.7);
-    for place in [unit(4), skewed()] {
+    for place in [Place::unit(4), skewed()] {
         let count = place.dims.iter().product();
         let kinds = [
             Samples::U8(vec![7; count]),
@@ -122,7 +79,7 @@ fn a_uniform_grid() {
                 ],
                 model,
             );
-            let truth = truth(&of_samples(&place, samples), &look);
+            let truth = truth(&place.grid(samples), &look);
             for view in views(24) {
                 let image = truth.render_exact(&view).expect("a valid view");
                 check(&image, &view, |ray| {
@@ -152,7 +109,7 @@ fn a_uniform_grid() {
 fn a_linear_field_is_one_segment() {
     let field = |p: DVec3| 0.25 * p.x + 0.5 * p.y + 0.125 * p.z;
     for n in [1, 4, 16] {
-        let place = unit(n);
+        let place = Place::unit(n);
         let grid = grid(&place, field);
         for model in OpticalModel::VOLUMETRIC {
             let look = appearance(knots(), model);
@@ -179,7 +136,7 @@ fn a_linear_field_is_one_segment() {
 #[test]
 fn a_linear_field_looks_the_same_on_a_mesh() {
     let field = |p: DVec3| 0.25 * p.x + 0.5 * p.y + 0.125 * p.z;
-    let grid = grid(&unit(4), field);
+    let grid = grid(&Place::unit(4), field);
     let mesh = mesh(kuhn(2, DVec3::ZERO, DVec3::ONE), field);
     for model in OpticalModel::VOLUMETRIC {
         let look = appearance(knots(), model);
@@ -239,7 +196,7 @@ fn a_product_of_coordinates_agrees_with_quadrature() {
         ];
         appearance(knots, model)
     };
-    let place = unit(4);
+    let place = Place::unit(4);
     let grid = grid(&place, field);
     for model in [
         OpticalModel::EmissionAbsorption,
@@ -300,7 +257,7 @@ fn boxes_and_tents_over_a_product() {
     ];
     let look = appearance(knots, OpticalModel::Absorption);
     for n in [1, 8] {
-        let place = unit(n);
+        let place = Place::unit(n);
         let truth = truth(&grid(&place, field), &look);
         let projection = Projection::Orthographic {
             parallel_scale: 0.7,
@@ -336,9 +293,9 @@ fn boxes_and_tents_over_a_product() {
 // maximum on the diagonal x = y at 1/2: s = 2 x − 2 x² ≤ 1/2, and no corner shows it.
 #[test]
 fn the_extremes_of_a_cubic_count() {
-    let place = unit(1);
+    let place = Place::unit(1);
     let samples = (0..8).map(|i: usize| ((i & 1) ^ (i >> 1 & 1)) as f32);
-    let grid = of_samples(&place, Samples::F32(samples.collect()));
+    let grid = place.grid(Samples::F32(samples.collect()));
     let look = appearance(
         vec![knot(0.0, [0.0; 3], 1.0), knot(1.0, [1.0; 3], 1.0)],
         OpticalModel::MaximumIntensity,
@@ -400,7 +357,7 @@ fn quarter_turns_change_nothing() {
     let place = Place {
         dims: [7, 5, 9],
         spacing: DVec3::new(0.15, 0.2, 0.11),
-        ..unit(1)
+        ..Place::unit(1)
     };
     let grid_here = grid(&place, lumps);
     let quarter = DMat3::from_cols(DVec3::Y, DVec3::NEG_X, DVec3::Z);
@@ -411,7 +368,7 @@ fn quarter_turns_change_nothing() {
             direction: turn,
             ..place
         };
-        let grid_there = of_samples(&there, grid_here.samples().clone());
+        let grid_there = there.grid(grid_here.samples().clone());
         for model in OpticalModel::VOLUMETRIC {
             let look = appearance(knots(), model);
             let view = views(20).swap_remove(0);
@@ -452,7 +409,7 @@ fn the_order_of_samples_does_not_matter() {
             direction: place.direction * DMat3::from_diagonal(flip),
             ..place
         };
-        let there = of_samples(&there, Samples::F32(samples));
+        let there = there.grid(Samples::F32(samples));
         for model in OpticalModel::VOLUMETRIC {
             let look = appearance(knots(), model);
             let view = views(20).swap_remove(1);
@@ -479,7 +436,7 @@ fn the_scale_is_arbitrary() {
             ..place
         };
         let here = grid(&place, lumps);
-        let there = of_samples(&large, here.samples().clone());
+        let there = large.grid(here.samples().clone());
         for view in views(12) {
             let mut far = view;
             far.camera.position *= factor;
@@ -508,7 +465,7 @@ fn the_scale_is_arbitrary() {
 // infinities of both signs are neighbors.
 #[test]
 fn cells_without_a_value_are_not_there() {
-    let place = unit(8);
+    let place = Place::unit(8);
     let none = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e39];
     let solid = |p: DVec3| match p.x > 0.51 {
         true => none[(8.0 * (p.x + p.y + p.z)).round() as usize % none.len()],
@@ -542,7 +499,7 @@ fn cells_without_a_value_are_not_there() {
 
 #[test]
 fn a_grid_goes_through_the_trait() {
-    let place = unit(6);
+    let place = Place::unit(6);
     let (one, other) = (grid(&place, lumps), grid(&place, |p| p.y));
     let look = appearance(knots(), OpticalModel::EmissionAbsorption);
     let view = views(20).swap_remove(0);
@@ -597,7 +554,7 @@ fn a_grid_goes_through_the_trait() {
 // A uniform grid behind planes: the chord that planes and box leave, in every model.
 #[test]
 fn clip_planes_cut_a_grid() {
-    let place = unit(4);
+    let place = Place::unit(4);
     let (color, sigma) = ([0.9, 0.5, 0.2], 1.7);
     let planes = vec![
         ClipPlane {

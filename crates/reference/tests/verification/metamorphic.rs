@@ -53,7 +53,7 @@ fn moved(map: impl Fn(DVec3) -> DVec3, turn: impl Fn(DVec3) -> DVec3) -> (TetMes
     let (points, cells) = lattice();
     let values = points.iter().map(|p| wave(*p)).collect();
     let points = points.into_iter().map(&map).collect();
-    let mesh = TetMesh::from_tetrahedra(points, cells, field(values)).expect("valid");
+    let mesh = TetMesh::from_tetrahedra(points, cells, point_scalars(values)).expect("valid");
     let view = generic();
     let camera = Camera {
         position: map(view.camera.position),
@@ -87,7 +87,7 @@ fn rigid_motions_and_far_from_the_origin() {
     let images = [0.0, 1e3, 1e7, -1e12].map(|far| {
         let by = DVec3::new(far, 2.0 * far, -far);
         let points = points.iter().map(|p| *p + by).collect();
-        let scalars = field(values.clone());
+        let scalars = point_scalars(values.clone());
         let mesh = TetMesh::from_tetrahedra(points, cells.clone(), scalars).expect("valid");
         let camera = Camera {
             position: view.camera.position + by,

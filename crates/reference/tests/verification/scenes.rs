@@ -1,78 +1,20 @@
 //! Meshes and views whose pictures are known in closed form.
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::mesh::Association;
 use tetrascope_core::{
-    Appearance, Camera, Knot, OpticalModel, Projection, Scalars, TetMesh, TransferFunction, View,
-    Volume,
+    Appearance, Camera, Knot, OpticalModel, Projection, TetMesh, TransferFunction, View, Volume,
 };
-use tetrascope_reference::{Reference, ReferenceOptions};
+use tetrascope_reference::Reference;
+pub(crate) use tetrascope_testing::{knot, mesh, point_scalars};
 
-/// Points of a lattice of `n`³ cubes over the box from `min` to `max`, and six
-/// tetrahedra a cube around the diagonal (Kuhn).
+/// A box of `n`³ boxes in six tetrahedra each.
 pub(crate) fn kuhn(n: usize, min: DVec3, max: DVec3) -> (Vec<DVec3>, Vec<[u32; 4]>) {
-    let side = n + 1;
-    let point = |i: usize, j: usize, k: usize| (i + side * (j + side * k)) as u32;
-    let mut points = Vec::new();
-    for k in 0..side {
-        for j in 0..side {
-            for i in 0..side {
-                let x = DVec3::new(i as f64, j as f64, k as f64) / n as f64;
-                points.push(min + (max - min) * x);
-            }
-        }
-    }
-    let mut cells = Vec::new();
-    for k in 0..n {
-        for j in 0..n {
-            for i in 0..n {
-                for order in [
-                    [0, 1, 2],
-                    [0, 2, 1],
-                    [1, 0, 2],
-                    [1, 2, 0],
-                    [2, 0, 1],
-                    [2, 1, 0],
-                ] {
-                    let mut at = [i, j, k];
-                    let mut cell = [point(i, j, k); 4];
-                    for (step, axis) in order.into_iter().enumerate() {
-                        at[axis] += 1;
-                        cell[step + 1] = point(at[0], at[1], at[2]);
-                    }
-                    cells.push(cell);
-                }
-            }
-        }
-    }
-    (points, cells)
+    tetrascope_testing::kuhn(n, min, max, |_| true)
 }
 
-/// A mesh with the field `scalar` at its points.
-pub(crate) fn mesh(
-    (points, cells): (Vec<DVec3>, Vec<[u32; 4]>),
-    scalar: impl Fn(DVec3) -> f64,
-) -> TetMesh {
-    let values = points.iter().map(|p| scalar(*p)).collect();
-    TetMesh::from_tetrahedra(points, cells, field(values)).expect("a valid mesh")
-}
-
-/// A field of point data.
-pub(crate) fn field(values: Vec<f64>) -> Scalars {
-    Scalars {
-        name: "s".into(),
-        association: Association::Point,
-        values,
-    }
-}
-
-/// A knot with these linear RGB and extinction.
-pub(crate) fn knot(scalar: f64, color: [f64; 3], extinction: f64) -> Knot {
-    Knot {
-        scalar,
-        color: color.into(),
-        extinction,
-    }
+/// The ground truth of a mesh.
+pub(crate) fn reference(mesh: &TetMesh, appearance: &Appearance) -> Reference {
+    tetrascope_testing::truth(&Volume::Mesh(mesh.clone()), appearance)
 }
 
 /// The appearance with these knots.
@@ -81,12 +23,6 @@ pub(crate) fn appearance(knots: Vec<Knot>, optical_model: OpticalModel) -> Appea
         TransferFunction::new(knots).expect("valid knots"),
         optical_model,
     )
-}
-
-/// A ground truth with rayon's own threads.
-pub(crate) fn reference(mesh: &TetMesh, appearance: &Appearance) -> Reference {
-    let volume = Volume::Mesh(mesh.clone());
-    Reference::new(&volume, appearance, &ReferenceOptions::default()).expect("a valid mesh")
 }
 
 /// A view of `size`² pixels.

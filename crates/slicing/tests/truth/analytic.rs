@@ -4,7 +4,6 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::Samples;
 use tetrascope_core::optics::{RayIntegral, Segment};
 use tetrascope_core::{OpticalModel, TransferFunction};
-use tetrascope_gpu::testing;
 use tetrascope_slicing::{Integration, SlicingOptions};
 
 use crate::support::*;
@@ -22,8 +21,7 @@ fn a_uniform_box_is_exact_with_any_number_of_slabs() {
     };
     let over = |low: f64, high: f64| {
         let knots = ramp(3.0).knots().to_vec().into_iter();
-        let stretched =
-            knots.map(|k| knot(low + k.scalar * (high - low), k.color.into(), k.extinction));
+        let stretched = knots.map(|k| knot(low + k.scalar * (high - low), k.color, k.extinction));
         TransferFunction::new(stretched.collect()).expect("still sorted")
     };
     let grids = [

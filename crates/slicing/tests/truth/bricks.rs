@@ -6,7 +6,6 @@ use std::sync::Arc;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::{GridStream, SampleType, Samples};
 use tetrascope_core::{Grid, OpticalModel, Volume, VolumeRenderer as _};
-use tetrascope_gpu::testing;
 use tetrascope_io::RawFile;
 use tetrascope_io::grid::ByteOrder;
 use tetrascope_slicing::{

@@ -2,7 +2,6 @@
 
 use tetrascope_core::grid::{Interpolation, Lattice, Samples};
 use tetrascope_core::{DepthCue, Grid, OpticalModel};
-use tetrascope_gpu::testing;
 use tetrascope_slicing::{Filtering, Integration, Level, SlicingOptions, Storage};
 
 use crate::support::*;

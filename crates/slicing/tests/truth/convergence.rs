@@ -2,7 +2,7 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Grid, OpticalModel};
-use tetrascope_gpu::{Gpu, testing};
+use tetrascope_gpu::Gpu;
 use tetrascope_slicing::{Integration, SlabEnds, SlicingOptions, StepLength};
 
 use crate::support::*;

@@ -6,7 +6,6 @@ use tetrascope_core::{
     Appearance, Bounds, ClipPlane, OpticalModel, TransferFunction, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::memory::{Source, read_back};
-use tetrascope_gpu::testing;
 use tetrascope_gpu::wgpu::{TextureFormat, TextureUsages};
 use tetrascope_slicing::{
     Filtering, Integration, Level, Phong, PlaneTest, Shading, Slicing, SlicingOptions, Traversal,

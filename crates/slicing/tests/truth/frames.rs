@@ -7,7 +7,6 @@ use tetrascope_core::{
     Appearance, Bounds, Camera, CameraFit, ClipPlane, Frame, Grid, OpticalModel, Projection,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_gpu::testing;
 use tetrascope_slicing::{
     Integration, Level, PlaneTest, Slicer, Slicing, SlicingOptions, Storage, Traversal,
 };

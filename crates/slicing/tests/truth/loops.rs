@@ -5,7 +5,6 @@ use tetrascope_core::{
     Appearance, DepthCue, Isosurface, OpticalModel, TransferFunction, View, Volume,
     VolumeRenderer as _,
 };
-use tetrascope_gpu::testing;
 use tetrascope_shaders::loops::MOST_KNOTS;
 use tetrascope_slicing::{Crossing, Slicing, SlicingOptions};
 

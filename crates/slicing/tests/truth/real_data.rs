@@ -1,12 +1,9 @@
 //! A public volume, where it is: `../shared/data` beside the repository, or the folder that
 //! `TETRASCOPE_DATA` names.
 
-use std::path::PathBuf;
-
 use tetrascope_core::{
     Appearance, Camera, CameraFit, OpticalModel, Projection, TransferFunction, View, Volume,
 };
-use tetrascope_gpu::testing;
 use tetrascope_io::{FileData, ReadOptions, read_file};
 use tetrascope_slicing::{Filtering, Integration, Level, SlicingOptions};
 
@@ -16,15 +13,9 @@ use crate::support::*;
 #[test]
 fn skipping_leaves_the_aneurism_as_it_is() {
     let name = "skipping_leaves_the_aneurism_as_it_is";
-    let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    let path = folder.join("aneurism.vti");
-    if !path.is_file() {
-        println!("skipped: there is no {}", path.display());
+    let Some(path) = testing::file(name, "aneurism.vti") else {
         return;
-    }
+    };
     let Some(gpu) = testing::gpu(name) else {
         return;
     };

@@ -1,64 +1,19 @@
 //! Small volumes, views, and the exact pictures to compare with.
 
 use tetrascope_core::glam::{DMat3, DVec3};
-use tetrascope_core::grid::Samples;
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, Frame, Grid, Knot, OpticalModel, Projection, Ray,
-    TransferFunction, View, Volume, VolumeRenderer as _,
+    Appearance, Camera, CameraFit, Frame, Grid, OpticalModel, Projection, Ray, TransferFunction,
+    View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
-use tetrascope_reference::{Reference, ReferenceOptions};
 use tetrascope_slicing::{Slicing, SlicingOptions};
-
-/// A grid of floats by a formula of the world position.
-pub(crate) fn grid(place: &Place, field: impl Fn(DVec3) -> f64) -> Grid {
-    grid_of(place, |p| field(p) as f32, Samples::F32)
-}
-
-/// A grid of any type of samples by a formula of the world position.
-pub(crate) fn grid_of<T>(
-    place: &Place,
-    field: impl Fn(DVec3) -> T,
-    samples: impl Fn(Vec<T>) -> Samples,
-) -> Grid {
-    let [nx, ny, nz] = place.dims;
-    let mut values = Vec::with_capacity(nx * ny * nz);
-    for z in 0..nz {
-        for y in 0..ny {
-            for x in 0..nx {
-                let lattice = DVec3::new(x as f64, y as f64, z as f64);
-                values.push(field(
-                    place.origin + place.direction * (place.spacing * lattice),
-                ));
-            }
-        }
-    }
-    let Place {
-        dims,
-        origin,
-        spacing,
-        direction,
-    } = *place;
-    Grid::new(dims, origin, spacing, direction, samples(values)).expect("the grid is valid")
-}
-
-/// Where a grid lies.
-#[derive(Clone, Copy)]
-pub(crate) struct Place {
-    pub(crate) dims: [usize; 3],
-    pub(crate) origin: DVec3,
-    pub(crate) spacing: DVec3,
-    pub(crate) direction: DMat3,
-}
+pub(crate) use tetrascope_testing::{
+    self as testing, Place, between, difference, grid, grid_of, knot,
+};
 
 /// The cube [0, 1]³ with n samples an axis.
 pub(crate) fn cube(n: usize) -> Place {
-    Place {
-        dims: [n; 3],
-        origin: DVec3::ZERO,
-        spacing: DVec3::splat(1.0 / (n - 1) as f64),
-        direction: DMat3::IDENTITY,
-    }
+    Place::unit(n - 1)
 }
 
 /// Turned, flipped and with three different spacings, far from the origin.
@@ -69,14 +24,6 @@ pub(crate) fn skewed() -> Place {
         origin: DVec3::new(1000.0, -2000.0, 500.0),
         spacing: DVec3::new(0.1, 0.05, 0.3),
         direction: turn * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)),
-    }
-}
-
-pub(crate) fn knot(scalar: f64, color: [f64; 3], extinction: f64) -> Knot {
-    Knot {
-        scalar,
-        color: DVec3::from(color),
-        extinction,
     }
 }
 
@@ -111,12 +58,7 @@ pub(crate) fn views(grid: &Grid) -> Vec<(&'static str, View)> {
         view_up: DVec3::Z,
         projection: Projection::Perspective { view_angle: 70.0 },
     };
-    let view = |camera| View {
-        camera,
-        width: 48,
-        height: 48,
-        background: [0.1, 0.2, 0.3, 0.5],
-    };
+    let view = |camera| testing::view(camera, 48);
     vec![
         ("perspective", view(off(fit(CameraFit::PlusIso, false)))),
         ("orthographic", view(off(fit(CameraFit::MinusIso, true)))),
@@ -168,8 +110,7 @@ fn in_lattice(grid: &Grid, ray: &Ray) -> (DVec3, DVec3) {
 /// The exact picture.
 pub(crate) fn truth(grid: &Grid, appearance: &Appearance, view: &View) -> Vec<[f64; 4]> {
     let volume = Volume::Grid(grid.clone());
-    let reference = Reference::new(&volume, appearance, &ReferenceOptions::default());
-    let image = reference.expect("a grid is drawn").render_exact(view);
+    let image = testing::truth(&volume, appearance).render_exact(view);
     image.expect("the view is valid").pixels
 }
 
@@ -179,26 +120,6 @@ pub(crate) fn pixels(view: &View, pixel: impl Fn(&Ray) -> [f64; 4]) -> Vec<[f64;
         .flat_map(|row| (0..view.width).map(move |column| (column, row)))
         .map(|(column, row)| pixel(&view.ray(column, row)))
         .collect()
-}
-
-/// RMSE and maximum over pixels and channels.
-pub(crate) fn difference(frame: &Frame, truth: &[[f64; 4]]) -> (f64, f64) {
-    assert_eq!(frame.pixels.len(), truth.len());
-    let (mut squares, mut most) = (0.0, 0.0_f64);
-    for (is, should) in frame.pixels.iter().flatten().zip(truth.iter().flatten()) {
-        let off = (f64::from(*is) - should).abs();
-        // NaN must not pass for small.
-        assert!(off.is_finite(), "{is} in place of {should}");
-        squares += off * off;
-        most = most.max(off);
-    }
-    ((squares / (4 * truth.len()) as f64).sqrt(), most)
-}
-
-/// The same between two frames.
-pub(crate) fn between(a: &Frame, b: &Frame) -> (f64, f64) {
-    let b: Vec<[f64; 4]> = b.pixels.iter().map(|p| p.map(f64::from)).collect();
-    difference(a, &b)
 }
 
 /// That a picture shows something: its pixels differ from the background.

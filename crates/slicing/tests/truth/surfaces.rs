@@ -6,8 +6,7 @@ use tetrascope_core::{
     Appearance, ClipPlane, DepthCue, DirectionalLight, Frame, Grid, Isosurface, Lighting,
     OpticalModel, View, Volume, VolumeRenderer as _,
 };
-use tetrascope_gpu::testing;
-use tetrascope_reference::{Reference, ReferenceImage, ReferenceOptions};
+use tetrascope_reference::ReferenceImage;
 use tetrascope_slicing::{
     Crossing, Gradient, Integration, Level, Phong, Shading, Slicing, SlicingOptions, Storage,
     Traversal,
@@ -40,8 +39,7 @@ fn lights() -> Lighting {
 
 fn exact(grid: &Grid, look: &Appearance, view: &View) -> ReferenceImage {
     let volume = Volume::Grid(grid.clone());
-    let reference = Reference::new(&volume, look, &ReferenceOptions::default());
-    let image = reference.expect("a grid is drawn").render_exact(view);
+    let image = testing::truth(&volume, look).render_exact(view);
     image.expect("the view is valid")
 }
 

@@ -1,0 +1,54 @@
+//! The bench that tests and benchmarks share: volumes, looks, views, the truth, the error of
+//! a picture, real data and a device.
+//!
+//! Whatever is missing, such as a graphics adapter or a data file, is said on stderr together
+//! with the test that is skipped. All that is built here is valid, so nothing returns an error:
+//! a mistake in a test panics.
+
+mod data;
+#[cfg(feature = "gpu")]
+mod device;
+mod grids;
+mod image_error;
+mod looks;
+mod meshes;
+mod truth;
+mod views;
+
+pub use data::{angular_sector, blunt_fin, file, liquid_oxygen_post, mesh_data, super_phoenix};
+#[cfg(feature = "gpu")]
+pub use device::gpu;
+pub use grids::{Place, grid, grid_of};
+pub use image_error::{ImageError, apart, between, difference, exactly, scale};
+pub use looks::{knot, look_of, ramp, surfaces, tilted};
+pub use meshes::{
+    CUBE, cells, data_set, jumping, kuhn, kuhn_cells, mesh, mismatched, point_scalars, split,
+    stacked_plates, tetrahedra_of,
+};
+pub use truth::{is_explained, is_near_explained, truth};
+pub use views::{cutting, fitted, inside, outside_and_inside, view};
+
+use std::io::Write as _;
+
+/// Writes a line to stderr itself, which the test runner does not capture.
+pub fn say(line: &str) {
+    _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// What was made, or `None` after saying that `test` is skipped because there is no adapter.
+///
+/// # Panics
+/// If there is no adapter although the environment variable `CI` is set, and for any other
+/// error.
+pub fn or_skipped<T>(test: &str, made: Result<T, tetrascope_core::Error>) -> Option<T> {
+    match made {
+        Ok(made) => Some(made),
+        Err(error @ tetrascope_core::Error::NoAdapter { .. })
+            if std::env::var_os("CI").is_none() =>
+        {
+            eprintln!("{test}: skipped: {error}");
+            None
+        }
+        Err(error) => panic!("{test}: {error}"),
+    }
+}
