@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tetrascope::core::{Error, Frame, OpticalModel, Scene, Volume, VolumeRenderer};
-use tetrascope::{Algorithm, Context, Settings};
+use tetrascope::{Algorithm, Context, Renderer, Settings};
 
 use crate::limits::{ROUGH_ORDER, limit, rmse_with_outliers};
 use crate::metrics::{ImageError, median};
@@ -166,7 +166,7 @@ struct Contender {
     algorithm: &'static Algorithm,
     setting: &'static str,
     settings: Settings,
-    renderer: Result<Box<dyn VolumeRenderer>, Error>,
+    renderer: Result<Renderer, Error>,
     prepare: Duration,
     wall_ms: Vec<f64>,
     gpu_ms: Vec<f64>,

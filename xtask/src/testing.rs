@@ -11,7 +11,7 @@ use tetrascope::core::glam::DVec3;
 use tetrascope::core::mesh::Association;
 use tetrascope::core::{
     Appearance, Camera, Error, Frame, OpticalModel, Projection, Scalars, Scene, SceneFile, TetMesh,
-    View, Volume,
+    View, Volume, VolumeRenderer as _,
 };
 use tetrascope::{Algorithm, Context, Promise, Settings};
 

@@ -1,4 +1,8 @@
-//! The device that tests draw with.
+//! The device that tests draw with, and an application that has drawn before them.
+
+mod application;
+
+pub use application::Application;
 
 use tetrascope_core::Error;
 

@@ -41,33 +41,6 @@ pub(crate) fn camera_space(view: &View, normalization: &Normalization) -> Camera
     }
 }
 
-/// How far along their rays the depths `along` of an image are, world units, infinite
-/// where `there` says that there is none.
-pub(crate) fn along_rays(
-    view: &View,
-    normalization: &Normalization,
-    along: &[f32],
-    there: impl Fn(usize) -> bool,
-) -> Vec<f32> {
-    let anchor_depth = camera_space(view, normalization).anchor_depth;
-    let (width, height) = (f64::from(view.width), f64::from(view.height));
-    let reach = match view.camera.projection {
-        Projection::Perspective { view_angle } => (view_angle.to_radians() / 2.0).tan(),
-        Projection::Orthographic { .. } => 0.0,
-    };
-    let depth = |(i, along): (usize, &f32)| {
-        if !there(i) {
-            return f32::INFINITY;
-        }
-        let (column, row) = (i % view.width as usize, i / view.width as usize);
-        let x = (2.0 * (column as f64 + 0.5) / width - 1.0) * width / height;
-        let y = 2.0 * (row as f64 + 0.5) / height - 1.0;
-        let per_depth = (1.0 + reach * reach * (x * x + y * y)).sqrt();
-        ((f64::from(*along) + anchor_depth) * per_depth * normalization.scale) as f32
-    };
-    along.iter().enumerate().map(depth).collect()
-}
-
 /// The uniform of `frame.wgsl` for `view`, which must be valid.
 pub(crate) fn frame(
     view: &View,

@@ -14,8 +14,6 @@ pub(crate) struct March {
     pub(crate) anchor_y: [f32; 4],
     /// The eye with w = 1, or the common direction with w = 0.
     pub(crate) eye: [f32; 4],
-    /// Premultiplied.
-    pub(crate) background: [f32; 4],
     /// Of the camera, a unit vector; w is unused.
     pub(crate) forward: [f32; 4],
     /// t of the camera's plane from the anchors' plane; orthographic only.
@@ -26,8 +24,7 @@ pub(crate) struct March {
     pub(crate) tiles_x: u32,
     /// The optical depth beyond which a ray stops.
     pub(crate) stop_depth: f32,
-    /// World units in a normalized unit.
-    pub(crate) scale: f32,
+    pub(crate) unused: f32,
     /// Of the boundary that were peeled.
     pub(crate) layers: u32,
     /// A ray in this many layers may be in more, and searches lists.
@@ -106,14 +103,13 @@ mod tests {
                 anchor_x,
                 anchor_y,
                 eye,
-                background,
                 forward,
                 eye_depth,
                 width,
                 height,
                 tiles_x,
                 stop_depth,
-                scale,
+                unused,
                 layers,
                 listed_from
             }

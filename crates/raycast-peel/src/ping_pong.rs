@@ -3,7 +3,8 @@
 //! 1. [`mesh`] packs the mesh into three textures (section 4.1, figure 8).
 //! 2. [`tiles`] cuts the image (3.3).
 //! 3. [`passes`] records each phase (4.2, figure 7).
-//! 4. [`frame`] runs them until no ray is left: it waits for occlusion queries.
+//! 4. [`frame`] runs them until no ray is left: it waits for occlusion queries. What rays have
+//!    gathered then gets over the background as that of any renderer.
 
 mod frame;
 mod gpu_data;
@@ -13,7 +14,7 @@ mod passes;
 mod tiles;
 
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{Appearance, Error, View, Volume, VolumeRenderer};
+use tetrascope_core::{Appearance, Error, Volume};
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::transfer_function::intervals;
@@ -91,7 +92,7 @@ impl Style {
         constants.extend(passes.constants());
         Ok(Style {
             appearance: appearance.clone(),
-            passes: passes.styled(gpu, &constants, &[model])?,
+            passes: passes.styled(gpu, &constants)?,
             table,
             intervals: gpu.upload("ping-pong::intervals", &intervals, BufferUsages::STORAGE)?,
         })
@@ -132,10 +133,8 @@ impl PingPong {
     pub(crate) fn bytes_resident(&self) -> u64 {
         self.mesh.bytes() + self.style.intervals.size() + self.style.table.bytes()
     }
-}
 
-impl VolumeRenderer for PingPong {
-    fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+    pub(crate) fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         let source = tetrahedra(volume)?;
         let same_kind = source.scalars().association == self.mesh.source.scalars().association;
         if source.shares_geometry(&self.mesh.source) && same_kind {
@@ -154,16 +153,12 @@ impl VolumeRenderer for PingPong {
         Ok(())
     }
 
-    fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+    pub(crate) fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         if !self.mesh.scalar_map.suits(&appearance.transfer_function) {
             self.mesh.scalar_map = ScalarMap::of(&appearance.transfer_function);
             self.mesh.write_scalars(&self.gpu)?;
         }
         self.style = self.new_style(&self.mesh, appearance)?;
         Ok(())
-    }
-
-    fn render(&self, view: &View) -> Result<tetrascope_core::Frame, Error> {
-        self.draw(view)
     }
 }

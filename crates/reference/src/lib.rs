@@ -154,19 +154,44 @@ impl Reference {
         view: &View,
         on_progress: &(dyn Fn(f64) + Sync),
     ) -> Result<ReferenceImage, Error> {
+        self.in_pool(|| self.draw(view, None, on_progress))
+    }
+
+    /// Draws what is before opaque things: each ray ends where `ends` says, world units from
+    /// where it starts, infinite where it does not; row-major, top row first.
+    ///
+    /// # Errors
+    /// As [`Reference::render_exact`], and [`Error::Invalid`] unless `ends` has a number for each
+    /// pixel.
+    pub fn render_before(&self, view: &View, ends: &[f64]) -> Result<ReferenceImage, Error> {
+        self.in_pool(|| self.draw(view, Some(ends), &|_| {}))
+    }
+
+    fn in_pool<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.pool {
-            Some(pool) => pool.install(|| self.draw(view, on_progress)),
-            None => self.draw(view, on_progress),
+            Some(pool) => pool.install(work),
+            None => work(),
         }
     }
 
     fn draw(
         &self,
         view: &View,
+        ends: Option<&[f64]>,
         on_progress: &(dyn Fn(f64) + Sync),
     ) -> Result<ReferenceImage, Error> {
         let start = Instant::now();
         view.validate()?;
+        let pixels = view.width as usize * view.height as usize;
+        if ends.is_some_and(|ends| ends.len() != pixels || ends.iter().any(|e| e.is_nan())) {
+            return Err(Error::invalid(format!(
+                "ends of rays that are not one number for each of {pixels} pixels"
+            )));
+        }
+        let end_of = |column: u32, row: u32| {
+            let pixel = row as usize * view.width as usize + column as usize;
+            ends.map_or(f64::INFINITY, |ends| ends[pixel])
+        };
         view.check_memory(BYTES_PER_PIXEL)?;
         let background = view.premultiplied_background();
         let has_depths = self.appearance.optical_model == OpticalModel::Isosurfaces;
@@ -186,7 +211,7 @@ impl Reference {
                     background,
                 };
                 let draw = |columns, rows, workspace: &mut _| {
-                    tile::draw(&scene, &positions, &grid, columns, rows, workspace)
+                    tile::draw(&scene, &positions, &grid, columns, rows, &end_of, workspace)
                 };
                 in_tiles(view, on_progress, draw, put);
             }
@@ -195,7 +220,7 @@ impl Reference {
                 let (_, _, forward) = view.camera.axes();
                 let camera = (view.camera.position, forward);
                 let scene = grid.scene(&self.appearance, camera, background);
-                let draw = |columns, rows, _: &mut _| scene.draw(view, columns, rows);
+                let draw = |columns, rows, _: &mut _| scene.draw(view, columns, rows, &end_of);
                 in_tiles(view, on_progress, draw, put);
             }
         }

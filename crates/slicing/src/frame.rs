@@ -31,6 +31,8 @@ pub(crate) struct FrameGeometry {
     pub(crate) frustum: Frustum,
     /// From normalized to camera space.
     pub(crate) camera: DAffine3,
+    /// From the eye to the anchor along the axis, normalized.
+    pub(crate) anchor_depth: f64,
     /// How far a box is enlarged on each side, cells.
     margin: DVec3,
     /// The optical axis, normalized units per cell along each axis.
@@ -198,6 +200,7 @@ pub(crate) fn geometry(
         },
         frustum: Frustum::new(seen, margin),
         camera: DAffine3::from_mat3_translation(turn, turn * -anchor),
+        anchor_depth,
         margin,
         forward: axis,
         step,

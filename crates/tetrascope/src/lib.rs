@@ -7,7 +7,7 @@
 //! line, `tetrascope`.
 //!
 //! ```
-//! use tetrascope::core::SceneFile;
+//! use tetrascope::core::{SceneFile, VolumeRenderer as _};
 //! use tetrascope::core::scene::VolumeSource;
 //! use tetrascope::{Context, Settings, algorithm, io, volumes};
 //!
@@ -50,9 +50,11 @@ pub use tetrascope_slicing as slicing;
 pub mod algorithms;
 mod context;
 pub mod emptiness;
+mod renderer;
 mod settings;
 pub mod volumes;
 
 pub use algorithms::{Algorithm, Promise, algorithm, algorithms};
 pub use context::{Context, Progress};
+pub use renderer::Renderer;
 pub use settings::{Setting, Settings, Values};

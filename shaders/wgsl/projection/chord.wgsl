@@ -3,7 +3,7 @@
 // Weiler, Kraus, Ertl 2002, §3.2; which faces are crossed is decided by the sides on
 // which the ray passes the edges, see the crate docs.
 // With: projection/frame.wgsl, projection/footprint.wgsl, common/sides.wgsl,
-//       common/cue.wgsl, common/look.wgsl
+//       common/cue.wgsl, common/look.wgsl, common/ends.wgsl
 
 @group(0) @binding(1) var<uniform> look: Look;
 
@@ -21,11 +21,12 @@ struct Chord {
 struct Ray {
     through: vec2f,
     slope: vec2f,
+    end: f32, // the depth where it meets what an application has drawn
 }
 
 fn ray_of(in: Varying) -> Ray {
     let at = vec2f(-1.0, 1.0) + vec2f(1.0, -1.0) * (in.per_pixel.xy * in.position.xy);
-    return Ray(at * in.per_pixel.zw, at * in.per_depth.xy);
+    return Ray(at * in.per_pixel.zw, at * in.per_depth.xy, end_of_ray(vec2i(in.position.xy)));
 }
 
 fn chord_of(in: Varying) -> Chord {
@@ -86,19 +87,20 @@ struct Part {
     back: vec2f,
 }
 
-// What eye and clip planes leave of the ray between entry and exit; where the eye is
-// inside, the ray starts there.
+// What eye, clip planes and what an application has drawn leave of the ray between entry and
+// exit; where the eye is inside, the ray starts there.
 fn what_is_left(ray: Ray, eye_depth: f32, entry: vec2f, exit: vec2f) -> Part {
     // The ray's parameter is the depth: at 0 it is in the anchor's plane.
     let clipped = clip_ray(vec3f(ray.through, 0.0), vec3f(ray.slope, 1.0));
     let begin = max(eye_depth, clipped.x);
+    let end = min(ray.end, clipped.y);
     var part = Part(entry, exit);
     let whole = max(exit.x - entry.x, 1e-36);
     if entry.x < begin {
         part.front = vec2f(begin, on_the_way(entry.y, exit.y, (begin - entry.x) / whole));
     }
-    if CLIPPED && exit.x > clipped.y {
-        part.back = vec2f(clipped.y, on_the_way(entry.y, exit.y, (clipped.y - entry.x) / whole));
+    if (CLIPPED || ENDS) && exit.x > end {
+        part.back = vec2f(end, on_the_way(entry.y, exit.y, (end - entry.x) / whole));
     }
     return part;
 }

@@ -4,8 +4,8 @@
 // the scalars at the ray's entry and exit, else by the crossing itself. Cells come in any
 // order, and the depth buffer hides.
 // In:   Varying.
-// Out:  the color over everything; depth along the axis, from the anchor; the same as
-//       depth in [0, 1].
+// Out:  the color over everything; the distance along the ray from where it starts, normalized
+//       units; the depth along the axis from the anchor as one in [0, 1].
 // With: projection/chord.wgsl and what it needs,
 //       common/sides.wgsl, common/surfaces.wgsl
 
@@ -24,7 +24,7 @@ fn look_of(i: u32) -> vec4f {
 
 struct Met {
     @location(0) color: vec4f,
-    @location(1) along: f32,
+    @location(1) distance: f32,
     @builtin(frag_depth) depth: f32,
 }
 
@@ -65,7 +65,7 @@ fn fs_surface(in: Varying) -> Met {
     }
     return Met(
         vec4f(color, 1.0),
-        along,
+        (along - in.per_depth.z) * sqrt(1.0 + dot(slope, slope)),
         saturate(0.5 + along / (2.0 * REACH)),
     );
 }

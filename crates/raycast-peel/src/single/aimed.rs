@@ -16,6 +16,7 @@ use tetrascope_core::glam::{DAffine3, Vec3};
 use tetrascope_core::mesh::Association;
 
 use super::*;
+use crate::RaycastPeel;
 
 /// Cubes along each side of a mesh.
 const CUBES: usize = 3;
@@ -431,8 +432,8 @@ fn integers_decide_as_floats_do() {
             integer_sides,
             ..RaycastOptions::default()
         };
-        let single = Single::new(&gpu, &volume, &appearance, &options).expect("a mesh");
-        single.render(&view).expect("a frame")
+        let renderer = RaycastPeel::new(&gpu, &volume, &appearance, &options);
+        renderer.expect("a mesh").render(&view).expect("a frame")
     };
     let (floats, integers) = (draw(false), draw(true));
     assert!(floats.pixels == integers.pixels);

@@ -7,11 +7,10 @@ use tetrascope_core::glam::Vec4;
 use tetrascope_core::grid::{Lattice, SampleType};
 use tetrascope_core::{Appearance, Error};
 use tetrascope_gpu::Gpu;
-use tetrascope_gpu::gather::ResolvePass;
 use tetrascope_gpu::transfer_function::{Interval, intervals};
 use tetrascope_gpu::wgpu::BufferUsages;
 
-use super::{READ_BACK_FORMAT, Samples, Scene};
+use super::{Samples, Scene};
 use crate::cull::CullData;
 use crate::options::{SlicingOptions, Traversal};
 use crate::slice::{Look, SlicePass};
@@ -73,18 +72,10 @@ impl Parts<'_> {
             nearest: volume.fills_cells,
         };
         let slice = self.pass.data(gpu, &voxels, &look, options)?;
-        let (format, model) = (options.target_format, appearance.optical_model);
-        let resolve = ResolvePass::new(gpu, model, format)?;
-        let resolve_read_back = if format == READ_BACK_FORMAT {
-            resolve.clone()
-        } else {
-            ResolvePass::new(gpu, model, READ_BACK_FORMAT)?
-        };
         Ok(Scene {
             scale,
             appearance: appearance.clone(),
             kept: clip_planes(&appearance.clip_planes, &volume.lattice),
-            resolve: [resolve, resolve_read_back],
             intervals: knots,
             volume,
             map,
