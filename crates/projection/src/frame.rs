@@ -2,7 +2,7 @@
 
 use tetrascope_core::glam::{DAffine3, DMat3, DVec3};
 use tetrascope_core::{Projection, View};
-use tetrascope_gpu::Normalization;
+use tetrascope_f32::Normalization;
 
 use crate::gpu_data::Frame;
 

@@ -10,11 +10,12 @@ use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, Projection as Spread, TetMesh, View, Volume,
     VolumeRenderer,
 };
+use tetrascope_f32::ScalarMap;
+use tetrascope_f32::look::look;
 use tetrascope_gpu::gather::{Resolve, gathered_format};
-use tetrascope_gpu::look::look;
 use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, ScalarMap, Timer, read_back, timer};
+use tetrascope_gpu::{Gpu, Timer, read_back, timer};
 
 use self::scene::{Parts, Scene, Sorter, Sorting};
 pub use self::surfaces::DepthTarget;

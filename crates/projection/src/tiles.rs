@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::{Error, Projection, TetMesh, View};
-use tetrascope_gpu::Normalization;
+use tetrascope_f32::Normalization;
 
 /// A rectangle of pixels, row 0 at the top, and bounds of the fragments in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

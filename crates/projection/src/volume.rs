@@ -5,11 +5,12 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, Volume};
-use tetrascope_gpu::look::look_constants;
+use tetrascope_f32::{KnotPair, Normalization, ScalarMap, longest_edge};
+use tetrascope_gpu::passes::look_constants;
 use tetrascope_gpu::preintegration::{self, Table};
-use tetrascope_gpu::transfer_function::{Interval, intervals};
+use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Integration, Normalization, ScalarMap};
+use tetrascope_gpu::{Gpu, Integration};
 
 use crate::options::CellLayout;
 use crate::passes::cull::{Culled, Judged, cull};
@@ -140,7 +141,7 @@ impl Geometry {
             normalization,
             positions: gpu.upload("the mesh's vertices", &positions, STORAGE)?,
             cells: gpu.upload("the mesh's cells", &cells, STORAGE)?,
-            longest: (longest_edge(mesh) / normalization.scale) as f32,
+            longest: longest_edge(mesh, &normalization),
             transformed: gpu.texture(
                 "of the mesh's vertices",
                 texels(positions.len(), VERTICES_PER_ROW),
@@ -200,7 +201,7 @@ impl Look {
     ) -> Result<Look, Error> {
         let (appearance, map) = (looked.appearance, &field.map);
         let tf = &appearance.transfer_function;
-        let mut intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization)?;
+        let mut intervals: Vec<KnotPair> = knot_pairs(tf, map, &geometry.normalization)?;
         let source = preintegration::Source {
             integration: looked.integration,
             model: appearance.optical_model,
@@ -272,23 +273,13 @@ impl Look {
 
 /// A bound of the optical depth of a segment in a field with scalars in `range`: the
 /// greatest extinction there times the longest edge, rounded up.
-fn deepest(intervals: &[Interval], (low, high): (f32, f32), longest: f32) -> f32 {
+fn deepest(intervals: &[KnotPair], (low, high): (f32, f32), longest: f32) -> f32 {
     let met = intervals.iter().filter(|i| i.low <= high && low <= i.high);
     let extinctions = met.flat_map(|i| [i.at_low[3], i.at_high[3]]);
     let greatest = f64::from(extinctions.fold(0.0, f32::max));
     // f32 may be under the bound by 2⁻²⁴ of it, and the shader's own rounding over it by as
     // little.
     (greatest * f64::from(longest) * (1.0 + 1e-5)).min(1e30) as f32
-}
-
-/// The longest edge of any cell, world units.
-fn longest_edge(mesh: &TetMesh) -> f64 {
-    let of_cell = |cell| {
-        let [p0, p1, p2, p3] = mesh.cell_points(cell);
-        let edges = [p1 - p0, p2 - p0, p3 - p0, p2 - p1, p3 - p1, p3 - p2];
-        edges.into_iter().map(|e| e.length()).fold(0.0, f64::max)
-    };
-    (0..mesh.cell_count()).map(of_cell).fold(0.0, f64::max)
 }
 
 /// Whether a cell is flat in the mesh's own coordinates.

@@ -14,11 +14,12 @@ mod tiles;
 
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, View, Volume, VolumeRenderer};
+use tetrascope_f32::ScalarMap;
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::preintegration::Table;
-use tetrascope_gpu::transfer_function::intervals;
+use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages};
-use tetrascope_gpu::{Gpu, Integration, ScalarMap};
+use tetrascope_gpu::{Gpu, Integration};
 
 use crate::options::RaycastOptions;
 use crate::renderer::tetrahedra;
@@ -58,7 +59,7 @@ impl Style {
         options: &RaycastOptions,
         last: Option<&Table>,
     ) -> Result<Style, Error> {
-        let intervals = intervals(
+        let intervals = knot_pairs(
             &appearance.transfer_function,
             &mesh.scalar_map,
             &mesh.normalization,

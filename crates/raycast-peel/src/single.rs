@@ -8,20 +8,19 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
 };
-use tetrascope_gpu::look::look_constants;
+use tetrascope_f32::tiles::TILE;
+use tetrascope_f32::{KnotPair, Rays, ScalarMap, Tiles, mean_chord};
 use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
-use tetrascope_gpu::passes::{compute_pipeline, model_constant, module};
-use tetrascope_gpu::preintegration::{self, Table, mean_chord};
-use tetrascope_gpu::transfer_function::{Interval, intervals};
+use tetrascope_gpu::passes::{compute_pipeline, look_constants, model_constant, module};
+use tetrascope_gpu::preintegration::{self, Table};
+use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, sides, timer};
+use tetrascope_gpu::{Gpu, Integration, Timer, read_back, sides, timer};
 
 use crate::NAME;
 use crate::gpu_data::{Counters, March, Progress};
 use crate::options::{Entries, RaycastOptions};
-use crate::rays::Rays;
 use crate::renderer::tetrahedra;
-use crate::tiles::{TILE, Tiles};
 
 const LABEL: &str = "raycast-peel::cast";
 
@@ -44,7 +43,7 @@ use budget::Budget;
 use cast::{Cast, Size, Targets};
 use layers::{Layers, Peeling};
 use mesh::Kind;
-pub(crate) use mesh::{Mesh, TRANSPARENT_SCALAR, longest_edge};
+pub(crate) use mesh::{Mesh, TRANSPARENT_SCALAR};
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
@@ -91,7 +90,7 @@ impl Style {
         options: &RaycastOptions,
         last: Option<&Table>,
     ) -> Result<Style, Error> {
-        let intervals = intervals(
+        let intervals = knot_pairs(
             &appearance.transfer_function,
             &mesh.scalar_map,
             &mesh.normalization,
@@ -134,7 +133,7 @@ pub(crate) struct Segments<'a> {
     pub(crate) mesh: &'a TetMesh,
     /// World units in a normalized unit.
     pub(crate) scale: f64,
-    pub(crate) intervals: &'a [Interval],
+    pub(crate) intervals: &'a [KnotPair],
     /// The longest that there can be, normalized.
     pub(crate) longest: f32,
     /// The least and the greatest scalar, mapped.
@@ -201,7 +200,7 @@ fn constants(
     gpu: &Gpu,
     mesh: &Mesh,
     appearance: &Appearance,
-    intervals: &[Interval],
+    intervals: &[KnotPair],
     options: &RaycastOptions,
 ) -> Result<Vec<(&'static str, f64)>, Error> {
     let kind = Kind::of(&mesh.source);
@@ -234,13 +233,13 @@ impl Style {
 }
 
 /// Three texels an interval.
-fn texels(intervals: &[Interval]) -> Vec<[f32; 4]> {
-    let three = |i: &Interval| [i.at_low, i.at_high, [i.low, i.high, i.inverse_width, 0.0]];
+fn texels(intervals: &[KnotPair]) -> Vec<[f32; 4]> {
+    let three = |i: &KnotPair| [i.at_low, i.at_high, [i.low, i.high, i.inverse_width, 0.0]];
     intervals.iter().flat_map(three).collect()
 }
 
 /// A bound of the optical depth of a cell; what only deeper ones need is not compiled.
-pub(crate) fn deepest(intervals: &[Interval], longest_edge: f32) -> f64 {
+pub(crate) fn deepest(intervals: &[KnotPair], longest_edge: f32) -> f64 {
     let extinctions = intervals.iter().flat_map(|i| [i.at_low[3], i.at_high[3]]);
     let greatest = f64::from(extinctions.fold(0.0, f32::max));
     // Lengths and depths are rounded on the way.

@@ -3,7 +3,7 @@
 use tetrascope_core::glam::{DAffine3, DMat3, DVec3, DVec4};
 use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, Projection, View};
-use tetrascope_gpu::Normalization;
+use tetrascope_f32::Normalization;
 
 use crate::box_plane::front_corner;
 use crate::frustum::Frustum;

@@ -10,11 +10,12 @@ use tetrascope_core::grid::{BrickSource, Interpolation, Lattice};
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, View, Volume, VolumeRenderer,
 };
+use tetrascope_f32::look::look;
+use tetrascope_f32::{Normalization, ScalarMap};
 use tetrascope_gpu::gather::{Resolve, ResolvePass};
-use tetrascope_gpu::look::look;
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, timer};
+use tetrascope_gpu::{Gpu, Timer, read_back, timer};
 
 use parts::Parts;
 

@@ -3,12 +3,13 @@
 
 use tetrascope_core::glam::DMat4;
 use tetrascope_core::{Appearance, Error};
-use tetrascope_gpu::look::surfaces;
+use tetrascope_f32::ScalarMap;
+use tetrascope_f32::look::surfaces;
+use tetrascope_gpu::Gpu;
 use tetrascope_gpu::passes::{READ, TEXELS, UNIFORM, group, layout, module, pipeline_layout};
 use tetrascope_gpu::wgpu::{
     self, BindingResource, BufferUsages, ShaderStages, TextureFormat, TextureUsages,
 };
-use tetrascope_gpu::{Gpu, ScalarMap};
 use tetrascope_shaders::projection::{AMONG, SURFACE};
 
 use super::cell::{CellData, CellPass, FrameData};

@@ -4,6 +4,8 @@ use std::time::Instant;
 
 use tetrascope_core::glam::{DVec3, DVec4};
 use tetrascope_core::{Error, Frame as Picture, FrameStats, Projection, View};
+use tetrascope_f32::Rays;
+use tetrascope_f32::tiles::rectangles;
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::passes::group;
 use tetrascope_gpu::wgpu::{
@@ -17,8 +19,6 @@ use super::mesh::Boundary;
 use super::passes::{BEFORE, DEPTHS, TEXELS, record_clear};
 use super::tiles::{Tile, tiles};
 use crate::options::Crossings;
-use crate::rays::Rays;
-use crate::tiles::rectangles;
 
 /// Textures as large as the image, which live as long as a frame.
 struct Targets {

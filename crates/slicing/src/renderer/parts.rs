@@ -8,7 +8,7 @@ use tetrascope_core::grid::{Lattice, SampleType};
 use tetrascope_core::{Appearance, Error};
 use tetrascope_gpu::Gpu;
 use tetrascope_gpu::gather::ResolvePass;
-use tetrascope_gpu::transfer_function::{Interval, intervals};
+use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::BufferUsages;
 
 use super::{READ_BACK_FORMAT, Samples, Scene};
@@ -60,7 +60,7 @@ impl Parts<'_> {
         };
         let by_gpu = options.traversal == Traversal::Gpu && voxels.is_complete();
         let cull = by_gpu.then(|| CullData::new(gpu, &volume.octree, table, &voxels));
-        let knots: Vec<Interval> = intervals(tf, &map, &volume.normalization)?;
+        let knots = knot_pairs(tf, &map, &volume.normalization)?;
         let knots = gpu.upload("the transfer function", &knots, BufferUsages::STORAGE)?;
         // No slab is longer; a little more for rounding.
         let longest = volume.lattice.spacing.min_element() / options.slices_per_voxel;

@@ -1,25 +1,34 @@
-//! The rays of a view in numbers that are as small as the mesh.
+//! The rays of a view, normalized.
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Projection, View};
-use tetrascope_gpu::Normalization;
 
-/// The rays of one view: each starts at its anchor, a point of the plane that
-/// faces the camera at the mesh's center. Near the mesh all numbers are small,
-/// however far away the eye is.
-pub(crate) struct Rays {
-    pub(crate) anchor: DVec3,
-    pub(crate) anchor_x: DVec3,
-    pub(crate) anchor_y: DVec3,
-    pub(crate) eye: DVec3,
-    pub(crate) is_point: bool,
+use crate::Normalization;
+
+/// The rays of one view in normalized space: each starts at its anchor, a point of the plane
+/// that faces the camera at the mesh's center. Near the mesh all numbers are small, however
+/// far away the eye is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rays {
+    /// The anchor of pixel (0, 0).
+    pub anchor: DVec3,
+    /// From a pixel's anchor to that of its right neighbor.
+    pub anchor_x: DVec3,
+    /// From a pixel's anchor to that of the one below.
+    pub anchor_y: DVec3,
+    /// The eye if `is_point`, or else the common direction.
+    pub eye: DVec3,
+    /// Whether all rays go through the eye.
+    pub is_point: bool,
     /// The camera's direction, a unit vector.
-    pub(crate) forward: DVec3,
-    pub(crate) eye_depth: f64,
+    pub forward: DVec3,
+    /// The depth of the eye's plane, from that of the anchors; negative.
+    pub eye_depth: f64,
 }
 
 impl Rays {
-    pub(crate) fn new(view: &View, normalization: &Normalization) -> Rays {
+    /// The rays of `view`, which must be valid.
+    pub fn new(view: &View, normalization: &Normalization) -> Rays {
         let camera = &view.camera;
         let (right, up, forward) = camera.axes();
         let eye = normalization.point(camera.position);
@@ -48,7 +57,7 @@ impl Rays {
     }
 
     /// How far behind the anchors' plane a point is.
-    pub(crate) fn depth(&self, point: DVec3) -> f64 {
+    pub fn depth(&self, point: DVec3) -> f64 {
         (point - self.anchor).dot(self.forward)
     }
 }
