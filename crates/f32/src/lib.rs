@@ -1,8 +1,8 @@
 //! Numbers that leave f64, and what renderers make of them before any device is involved.
 //!
 //! Reading order: [`normalization`] is the one place where numbers are rounded to f32;
-//! [`knots`] and [`look`] round an appearance with it. [`lengths`] bounds a
-//! ray's length in a cell. [`layout`] packs a mesh for rays that walk from cell to cell;
+//! [`knots`] and [`look`] round an appearance with it. [`lengths`] and [`depth`] bound
+//! what a ray meets in a cell. [`layout`] packs a mesh for rays that walk from cell to cell;
 //! [`rays`] and [`tiles`] find where those of a view may enter it.
 //!
 //! # Words
@@ -13,6 +13,7 @@
 //! - A ray's *anchor* is where it starts to count: a point of it near the volume, so that f32
 //!   resolves depths along the ray however far the eye is.
 
+pub mod depth;
 pub mod knots;
 pub mod layout;
 pub mod lengths;
@@ -21,6 +22,7 @@ pub mod normalization;
 pub mod rays;
 pub mod tiles;
 
+pub use depth::{ANY_SCALAR, deepest};
 pub use knots::KnotPair;
 pub use layout::{Layout, Locality};
 pub use lengths::{longest_edge, mean_chord};

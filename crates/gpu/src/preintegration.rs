@@ -36,7 +36,7 @@
 //! texture unit and 0.6 s by hand.
 
 use tetrascope_core::{Error, OpticalModel};
-use tetrascope_f32::KnotPair;
+use tetrascope_f32::{KnotPair, deepest};
 use wgpu::{BindingType, BufferUsages, TextureFormat, TextureUsages};
 
 use crate::Gpu;
@@ -365,9 +365,7 @@ impl Table {
 
     /// A bound of the optical depth of any entry.
     fn deepest(&self) -> f64 {
-        let ends = self.intervals.iter().flat_map(|i| [i.at_low, i.at_high]);
-        let densest = ends.map(|[.., extinction]| extinction).fold(0.0, f32::max);
-        (f64::from(densest) * f64::from(self.axes.length) * (1.0 + 1e-5)).min(1e30)
+        deepest(&self.intervals, self.axes.scalars, self.axes.length).into()
     }
 
     fn fill(&self, gpu: &Gpu) -> Result<(), Error> {

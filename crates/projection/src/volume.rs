@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, Volume};
-use tetrascope_f32::{KnotPair, Normalization, ScalarMap, longest_edge};
+use tetrascope_f32::{ANY_SCALAR, KnotPair, Normalization, ScalarMap, deepest, longest_edge};
 use tetrascope_gpu::passes::look_constants;
 use tetrascope_gpu::preintegration::{self, Table};
 use tetrascope_gpu::transfer_function::knot_pairs;
@@ -97,6 +97,8 @@ pub(crate) struct Looked<'a> {
     pub(crate) pieces: bool,
     /// Whether the CPU has to know which.
     pub(crate) listed: bool,
+    /// Whether scalars come from a cell's gradient, which may lead beyond those of its corners.
+    pub(crate) extrapolates: bool,
 }
 
 /// The mesh of `volume`, or why there is none.
@@ -168,8 +170,7 @@ impl Field {
             let values = &mesh.scalars().values;
             values.iter().map(|s| map.scalar(*s)).collect()
         };
-        let (low, high) = mesh.scalar_range().unwrap_or((0.0, 0.0));
-        let range = (map.scalar(low), map.scalar(high));
+        let range = map.range(mesh.scalar_range());
         let normalization = &geometry.normalization;
         Ok(Field {
             map,
@@ -234,7 +235,11 @@ impl Look {
                 starts: starts.map(Arc::from),
             };
         }
-        let deepest_of_cells = deepest(&intervals, field.range, geometry.longest);
+        let scalars = match looked.extrapolates {
+            true => ANY_SCALAR,
+            false => field.range,
+        };
+        let deepest_of_cells = deepest(&intervals, scalars, geometry.longest);
         let deepest = match culled.in_parts {
             true => 1.0,
             false => deepest_of_cells,
@@ -269,17 +274,6 @@ impl Look {
             ..self.clone()
         })
     }
-}
-
-/// A bound of the optical depth of a segment in a field with scalars in `range`: the
-/// greatest extinction there times the longest edge, rounded up.
-fn deepest(intervals: &[KnotPair], (low, high): (f32, f32), longest: f32) -> f32 {
-    let met = intervals.iter().filter(|i| i.low <= high && low <= i.high);
-    let extinctions = met.flat_map(|i| [i.at_low[3], i.at_high[3]]);
-    let greatest = f64::from(extinctions.fold(0.0, f32::max));
-    // f32 may be under the bound by 2⁻²⁴ of it, and the shader's own rounding over it by as
-    // little.
-    (greatest * f64::from(longest) * (1.0 + 1e-5)).min(1e30) as f32
 }
 
 /// Whether a cell is flat in the mesh's own coordinates.

@@ -9,7 +9,7 @@ use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
 };
 use tetrascope_f32::tiles::TILE;
-use tetrascope_f32::{KnotPair, Rays, ScalarMap, Tiles, mean_chord};
+use tetrascope_f32::{KnotPair, Rays, ScalarMap, Tiles, deepest, mean_chord};
 use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
 use tetrascope_gpu::passes::{compute_pipeline, look_constants, model_constant, module};
 use tetrascope_gpu::preintegration::{self, Table};
@@ -78,6 +78,7 @@ struct Style {
     /// For others: most volumes never need it.
     resuming: OnceLock<wgpu::ComputePipeline>,
     constants: Vec<(&'static str, f64)>,
+    deepest: f32,
     intervals: wgpu::Texture,
     table: Table,
 }
@@ -100,10 +101,12 @@ impl Style {
             scale: mesh.normalization.scale,
             intervals: &intervals,
             longest: mesh.longest_edge,
-            scalars: mapped_range(&mesh.source, &mesh.scalar_map),
+            scalars: mesh.scalars(),
         };
         let table = table(gpu, appearance, &segments, options, last)?;
+        let deepest = deepest(&intervals, segments.scalars, mesh.longest_edge);
         let mut constants = constants(gpu, mesh, appearance, &intervals, options)?;
+        constants.push(("DEEPEST", deepest.into()));
         constants.extend(table.constants(segments.scalars));
         constants.extend(Budget::new(appearance)?.constants());
         Ok(Style {
@@ -111,6 +114,7 @@ impl Style {
             pipeline: pipeline(gpu, &constants)?,
             resuming: OnceLock::new(),
             constants,
+            deepest,
             table,
             intervals: gpu.upload_texels(
                 "of the transfer function",
@@ -178,12 +182,6 @@ pub(crate) fn table(
     }
 }
 
-/// The least and the greatest scalar, mapped.
-pub(crate) fn mapped_range(mesh: &TetMesh, map: &ScalarMap) -> (f32, f32) {
-    let (low, high) = mesh.scalar_range().unwrap_or((0.0, 0.0));
-    (map.scalar(low), map.scalar(high))
-}
-
 /// The constant of `sides.wgsl`.
 pub(crate) fn sides_constant(
     gpu: &Gpu,
@@ -212,7 +210,6 @@ fn constants(
         cued,
         model_constant(appearance.optical_model),
         ("INTERVAL_COUNT", intervals.len() as f64),
-        ("DEEPEST", deepest(intervals, mesh.longest_edge)),
         ("SCALARS_PER_CELL", f64::from(u8::from(kind == Kind::Cells))),
         ("CORNER_SCALARS", f64::from(u8::from(kind == Kind::Corners))),
         ("LAYERED", f64::from(u8::from(layered))),
@@ -220,6 +217,15 @@ fn constants(
 }
 
 impl Style {
+    /// Whether the constants hold for `mesh`, too, with the same map of scalars: programs
+    /// ask only whether the bound of depths is at most 1.
+    fn holds_for(&self, mesh: &Mesh) -> Result<bool, Error> {
+        let tf = &self.appearance.transfer_function;
+        let intervals = knot_pairs(tf, &mesh.scalar_map, &mesh.normalization)?;
+        let deepest = deepest(&intervals, mesh.scalars(), mesh.longest_edge);
+        Ok(self.deepest > 1.0 || deepest <= 1.0)
+    }
+
     /// The pipeline for rays that go on from dispatch to dispatch.
     fn resuming(&self, gpu: &Gpu) -> Result<&wgpu::ComputePipeline, Error> {
         if let Some(pipeline) = self.resuming.get() {
@@ -236,14 +242,6 @@ impl Style {
 fn texels(intervals: &[KnotPair]) -> Vec<[f32; 4]> {
     let three = |i: &KnotPair| [i.at_low, i.at_high, [i.low, i.high, i.inverse_width, 0.0]];
     intervals.iter().flat_map(three).collect()
-}
-
-/// A bound of the optical depth of a cell; what only deeper ones need is not compiled.
-pub(crate) fn deepest(intervals: &[KnotPair], longest_edge: f32) -> f64 {
-    let extinctions = intervals.iter().flat_map(|i| [i.at_low[3], i.at_high[3]]);
-    let greatest = f64::from(extinctions.fold(0.0, f32::max));
-    // Lengths and depths are rounded on the way.
-    (1.001 * greatest * f64::from(longest_edge)).min(1e30)
 }
 
 impl Single {
@@ -406,7 +404,8 @@ impl VolumeRenderer for Single {
             false => Mesh::new(gpu, source, map, self.options.locality)?,
         };
         // A table's program knows whether scalars leave it.
-        if !keeps_map || self.options.integration != Integration::Exact {
+        let holds = keeps_map && self.style.holds_for(&mesh)?;
+        if !holds || self.options.integration != Integration::Exact {
             let table = Some(&self.style.table);
             self.style = Style::new(gpu, &mesh, appearance, &self.options, table)?;
         }

@@ -21,6 +21,28 @@ const MAX_SLABS: f64 = (1 << 20) as f64;
 /// With more slabs, rays are looked at to do with fewer.
 const MANY_SLABS: f64 = (1 << 12) as f64;
 
+/// Whether a frame may have so many slabs that rays are looked at to do with fewer.
+fn may_have_many(lattice: &Lattice, slices_per_voxel: f64) -> bool {
+    let cells = DVec3::from_array(lattice.cells().map(|c| c as f64));
+    let diagonal = (cells * lattice.spacing).length();
+    diagonal * slices_per_voxel / lattice.spacing.min_element() > MANY_SLABS
+}
+
+/// The greatest length of a ray in a slab, normalized.
+pub(crate) fn longest_slab(
+    lattice: &Lattice,
+    normalization: &Normalization,
+    slices_per_voxel: f64,
+) -> f32 {
+    let spacing = lattice.spacing / normalization.scale;
+    let longest = match may_have_many(lattice, slices_per_voxel) {
+        // With fewer slabs a ray advances by that share of a cell along each axis at most.
+        true => spacing.length(),
+        false => spacing.min_element(),
+    };
+    (longest / slices_per_voxel) as f32
+}
+
 /// The geometry of a frame.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameGeometry {
@@ -102,7 +124,7 @@ pub(crate) fn geometry(
     let mut count = deep * longest / spacing;
     // What rays advance along each axis of the lattice where their depth grows by 1.
     let fastest = along.abs() + alongs[0].abs() + alongs[1].abs();
-    if count > MANY_SLABS {
+    if count > MANY_SLABS && may_have_many(lattice, slices_per_voxel) {
         // Samples may be near each other along an axis that no ray follows.
         count = count.min(deep * fastest.max_element());
     }

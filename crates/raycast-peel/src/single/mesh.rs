@@ -118,6 +118,11 @@ impl Mesh {
         Ok(mesh)
     }
 
+    /// The least and the greatest scalar, mapped.
+    pub(crate) fn scalars(&self) -> (f32, f32) {
+        self.scalar_map.range(self.source.scalar_range())
+    }
+
     /// What `march.wgsl` has in group 1.
     pub(crate) fn textures(&self) -> [&wgpu::Texture; 5] {
         [
