@@ -2,8 +2,8 @@
 //!
 //! Reading order: [`normalization`] is the one place where numbers are rounded to f32;
 //! [`knots`] and [`look`] round an appearance with it. [`lengths`] and [`depth`] bound
-//! what a ray meets in a cell. [`layout`] packs a mesh for rays that walk from cell to cell;
-//! [`rays`] and [`tiles`] find where those of a view may enter it.
+//! what a ray meets in a cell. [`image_plane`] is the camera of a view.
+//! [`layout`] packs a mesh for rays that walk from cell to cell; [`rays`] and [`tiles`] find where those of a view may enter it.
 //!
 //! # Words
 //! - *Normalized space* is world space moved to the volume's center and divided by about half
@@ -14,6 +14,7 @@
 //!   resolves depths along the ray however far the eye is.
 
 pub mod depth;
+pub mod image_plane;
 pub mod knots;
 pub mod layout;
 pub mod lengths;
@@ -23,6 +24,7 @@ pub mod rays;
 pub mod tiles;
 
 pub use depth::{ANY_SCALAR, deepest};
+pub use image_plane::ImagePlane;
 pub use knots::KnotPair;
 pub use layout::{Layout, Locality};
 pub use lengths::{longest_edge, mean_chord};

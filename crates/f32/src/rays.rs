@@ -1,9 +1,9 @@
 //! The rays of a view, normalized.
 
+use tetrascope_core::View;
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::{Projection, View};
 
-use crate::Normalization;
+use crate::{ImagePlane, Normalization};
 
 /// The rays of one view in normalized space: each starts at its anchor, a point of the plane
 /// that faces the camera at the mesh's center. Near the mesh all numbers are small, however
@@ -29,27 +29,23 @@ pub struct Rays {
 impl Rays {
     /// The rays of `view`, which must be valid.
     pub fn new(view: &View, normalization: &Normalization) -> Rays {
-        let camera = &view.camera;
-        let (right, up, forward) = camera.axes();
-        let eye = normalization.point(camera.position);
-        // Depths from the eye's plane; the mesh's center is the origin. A camera
-        // inside or past the mesh looks at a plane half a mesh ahead.
-        let depth = (-eye).dot(forward).max(0.5);
+        let plane = ImagePlane::new(view, normalization);
+        let ImagePlane {
+            right, up, forward, ..
+        } = plane;
+        // A camera inside or past the mesh looks at a plane half a mesh ahead.
+        let depth = plane.anchor_depth.max(0.5);
         let (width, height) = (f64::from(view.width), f64::from(view.height));
-        let half_height = match camera.projection {
-            Projection::Perspective { view_angle } => depth * (view_angle.to_radians() / 2.0).tan(),
-            Projection::Orthographic { parallel_scale } => parallel_scale / normalization.scale,
-        };
-        let pixel = 2.0 * half_height / height;
-        let center = eye + depth * forward;
+        let pixel = 2.0 * plane.extent_at(depth)[1] / height;
+        let center = plane.eye + depth * forward;
         let anchor_x = right * pixel;
         let anchor_y = -up * pixel;
-        let is_point = matches!(camera.projection, Projection::Perspective { .. });
+        let is_point = plane.is_perspective;
         Rays {
             anchor: center - anchor_x * (width / 2.0 - 0.5) - anchor_y * (height / 2.0 - 0.5),
             anchor_x,
             anchor_y,
-            eye: if is_point { eye } else { forward },
+            eye: if is_point { plane.eye } else { forward },
             is_point,
             forward,
             eye_depth: -depth,

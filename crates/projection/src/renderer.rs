@@ -10,8 +10,8 @@ use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, Projection as Spread, TetMesh, View, Volume,
     VolumeRenderer,
 };
-use tetrascope_f32::ScalarMap;
 use tetrascope_f32::look::look;
+use tetrascope_f32::{ImagePlane, ScalarMap};
 use tetrascope_gpu::gather::{Resolve, gathered_format};
 use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
@@ -20,7 +20,7 @@ use tetrascope_gpu::{Gpu, Timer, read_back, timer};
 use self::scene::{Parts, Scene, Sorter, Sorting};
 pub use self::surfaces::DepthTarget;
 use self::surfaces::prepared;
-use crate::frame::{along_rays, camera_space, frame};
+use crate::frame::{along_rays, frame};
 use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellPass, FrameData, Uploaded};
 use crate::passes::faces::FacePass;
@@ -283,9 +283,10 @@ impl Projection {
     fn frame(&self, view: &View) -> Result<FrameData, Error> {
         let scene = &self.scene;
         let normalization = &scene.geometry.normalization;
+        let plane = ImagePlane::new(view, normalization);
         let uniform = frame(
-            view,
-            normalization,
+            &plane,
+            (view.width, view.height),
             scene.look.culled.items,
             scene.field.per_cell,
         );
@@ -295,11 +296,12 @@ impl Projection {
             &scene.geometry.mesh.bounds(),
             normalization,
             &scene.field.map,
-            &camera_space(view, normalization).from_normalized,
+            &plane.camera_from_normalized(),
         );
         let upload =
             |gpu: &Gpu, bytes: &[u8]| gpu.upload("projection::frame", bytes, BufferUsages::UNIFORM);
         Ok(FrameData {
+            plane,
             values: uniform,
             frame: upload(&self.gpu, bytemuck::bytes_of(&uniform))?,
             look: upload(&self.gpu, bytemuck::bytes_of(&look))?,

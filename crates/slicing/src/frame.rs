@@ -1,9 +1,9 @@
 //! The camera in the volume's lattice, made in f64 and rounded at the end.
 
-use tetrascope_core::glam::{DAffine3, DMat3, DVec3, DVec4};
+use tetrascope_core::glam::{DAffine3, DVec3, DVec4};
 use tetrascope_core::grid::Lattice;
-use tetrascope_core::{Error, Projection, View};
-use tetrascope_f32::Normalization;
+use tetrascope_core::{Error, View};
+use tetrascope_f32::{ImagePlane, Normalization};
 
 use crate::box_plane::front_corner;
 use crate::frustum::Frustum;
@@ -72,30 +72,19 @@ pub(crate) fn geometry(
     normalization: &Normalization,
     slices_per_voxel: f64,
 ) -> Result<Option<FrameGeometry>, Error> {
-    let camera = &view.camera;
-    let (right, up, forward) = camera.axes();
-    let eye = normalization.point(camera.position);
-    // Beside the volume's center or, if that is behind, at the eye.
-    let anchor_depth = (-eye.dot(forward)).max(0.0);
-    let anchor = eye + anchor_depth * forward;
-    let turn = DMat3::from_cols(right, up, forward).transpose();
-    let linear = turn * lattice.linear() * normalization.scale.recip();
-    let shift = turn * (normalization.point(lattice.origin) - anchor);
+    let plane = ImagePlane::new(view, normalization);
+    let ImagePlane {
+        anchor_depth,
+        extent,
+        slope,
+        reach,
+        is_perspective,
+        ..
+    } = plane;
+    let camera = plane.camera_from_normalized();
+    let linear = camera.matrix3 * lattice.linear() * normalization.scale.recip();
+    let shift = camera.matrix3 * (normalization.point(lattice.origin) - plane.anchor);
     let inverse = linear.inverse();
-    let aspect = f64::from(view.width) / f64::from(view.height);
-    let (reach, perspective) = match camera.projection {
-        Projection::Perspective { view_angle } => ((view_angle.to_radians() / 2.0).tan(), true),
-        Projection::Orthographic { parallel_scale } => {
-            (parallel_scale / normalization.scale, false)
-        }
-    };
-    let reach = [reach * aspect, reach];
-    let slope = if perspective { reach } else { [0.0; 2] };
-    let extent = if perspective {
-        reach.map(|r| r * anchor_depth)
-    } else {
-        reach
-    };
     // The ray at (x, y) is origin + x … + y … + depth (along + x … + y …).
     let origin = inverse * -shift;
     let origins = [inverse.x_axis * extent[0], inverse.y_axis * extent[1]];
@@ -161,7 +150,7 @@ pub(crate) fn geometry(
     // Camera space from lattice space, and clip space's w.
     let rows = [0, 1, 2].map(|i| linear.row(i).extend(shift[i]));
     let in_front = rows[2] + DVec4::W * anchor_depth;
-    let w = if perspective { in_front } else { DVec4::W };
+    let w = if is_perspective { in_front } else { DVec4::W };
     let sides = [0, 1].map(|i| [w * reach[i] - rows[i], w * reach[i] + rows[i]]);
     let seen = sides.into_iter().flatten().chain([in_front]);
 
@@ -173,7 +162,7 @@ pub(crate) fn geometry(
     let pair = |pair: [f64; 2]| pair.map(|x| x as f32);
     let eye_in_lattice = inverse * (DVec3::new(0.0, 0.0, -anchor_depth) - shift);
     // Pixels per normalized unit in the middle of the volume.
-    let middle = if perspective {
+    let middle = if is_perspective {
         (0.5 * (first + farthest) + anchor_depth).max(step)
     } else {
         1.0
@@ -199,10 +188,10 @@ pub(crate) fn geometry(
             clip_per_unit: pair(reach.map(f64::recip)),
             size: [view.width as f32, view.height as f32],
             anchor_depth: anchor_depth as f32,
-            w_per_depth: f32::from(perspective),
-            w_constant: f32::from(!perspective),
+            w_per_depth: f32::from(is_perspective),
+            w_constant: f32::from(!is_perspective),
             // Orthographic: anything between 0 and w, as nothing is to be clipped.
-            near: if perspective { NEAR } else { 0.5 },
+            near: if is_perspective { NEAR } else { 0.5 },
             first_depth: first as f32,
             step: step as f32,
             slab_count: count as i32,
@@ -212,14 +201,14 @@ pub(crate) fn geometry(
             scalar_base: 0.0,
             padding: [0.0; 3],
         },
-        viewer: if perspective {
+        viewer: if is_perspective {
             // Rounded as on the device, for the same order there.
             Viewer::Eye(eye_in_lattice.as_vec3().as_dvec3())
         } else {
             Viewer::Direction(along.as_vec3().as_dvec3())
         },
         frustum: Frustum::new(seen, margin),
-        camera: DAffine3::from_mat3_translation(turn, turn * -anchor),
+        camera,
         margin,
         forward: axis,
         step,

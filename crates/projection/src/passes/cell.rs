@@ -1,6 +1,7 @@
 //! Pass 3: draw the cells (`cell.wgsl`).
 
 use tetrascope_core::{Error, OpticalModel};
+use tetrascope_f32::ImagePlane;
 use tetrascope_gpu::gather::{blend, gathered_format};
 use tetrascope_gpu::passes::{
     READ, TEXELS, UNIFORM, group, layout, model_constant, module, pipeline_layout,
@@ -44,6 +45,7 @@ pub(crate) struct Uploaded<'a> {
 /// are submitted.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameData {
+    pub(crate) plane: ImagePlane,
     pub(crate) values: gpu_data::Frame,
     pub(crate) frame: wgpu::Buffer,
     pub(crate) look: wgpu::Buffer,

@@ -7,7 +7,6 @@ use tetrascope_core::{Appearance, Error, FrameStats, OpticalModel, View};
 use tetrascope_gpu::{Gpu, wgpu};
 
 use super::Projection;
-use crate::frame::camera_space;
 use crate::options::ProjectionOptions;
 use crate::passes::cell::{CellPass, FrameData};
 use crate::passes::surface::{SurfacePass, SurfaceTextures};
@@ -50,7 +49,7 @@ impl Projection {
         let uniform = self.frame(view)?;
         self.record_transform(encoder, &uniform, None)?;
         let textures = self.record_surfaces(encoder, view, &uniform)?;
-        let from_normalized = camera_space(view, normalization).from_normalized;
+        let from_normalized = uniform.plane.camera_from_normalized();
         let scale = DVec3::splat(normalization.scale);
         let world_from_normalized =
             DMat4::from_translation(normalization.center) * DMat4::from_scale(scale);
