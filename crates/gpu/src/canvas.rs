@@ -8,7 +8,8 @@
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use tetrascope_core::glam::{DMat4, DVec3, DVec4};
-use tetrascope_core::{Error, OpticalModel, Projection, View};
+use tetrascope_core::{Error, OpticalModel, View};
+use tetrascope_f32::{ImagePlane, Normalization};
 use tetrascope_shaders::gather::{AMONG, ENDS, RESOLVE};
 use wgpu::{
     BindGroupLayout, BindingResource, BindingType, BlendFactor, BlendOperation, BlendState,
@@ -16,10 +17,10 @@ use wgpu::{
     ShaderStages, StoreOp, Texture, TextureAspect, TextureFormat, TextureUsages, TextureView,
 };
 
+use crate::Gpu;
 use crate::draw::{Over, SceneDepth, Target};
 use crate::gather::blend;
 use crate::passes::{TEXELS, UNIFORM, group, layout, model_constant, module, pipeline_layout};
-use crate::{Gpu, Normalization};
 
 /// The distance where there is no surface: farther away than any. Infinity is nothing to count
 /// on.
@@ -468,34 +469,27 @@ impl Scene {
         anchor_depth: f64,
         depth: &SceneDepth,
     ) -> Scene {
-        let camera = &view.camera;
-        let (right, up, forward) = camera.axes();
-        let eye = normalization.point(camera.position);
-        let anchor = (eye + anchor_depth * forward) * normalization.scale + normalization.center;
+        let plane = ImagePlane::new(view, normalization);
+        let anchor = plane.eye + anchor_depth * plane.forward;
+        let anchor = anchor * normalization.scale + normalization.center;
         let axis = |axis: DVec3| (axis * normalization.scale).extend(0.0);
-        let world_from_camera =
-            DMat4::from_cols(axis(right), axis(up), axis(forward), anchor.extend(1.0));
+        let world_from_camera = DMat4::from_cols(
+            axis(plane.right),
+            axis(plane.up),
+            axis(plane.forward),
+            anchor.extend(1.0),
+        );
         let clip = depth.clip_from_world * world_from_camera;
         let (z, w) = (clip.row(2), clip.row(3));
         // Only their ratio counts: the greatest number becomes 1.
         let greatest = z.abs().max_element().max(w.abs().max_element());
         let single = |row: DVec4| (row / greatest).as_vec4().to_array();
-        let aspect = f64::from(view.width) / f64::from(view.height);
-        let (extent, slope) = match camera.projection {
-            Projection::Perspective { view_angle } => {
-                let reach = (view_angle.to_radians() / 2.0).tan();
-                (reach * anchor_depth, reach)
-            }
-            Projection::Orthographic { parallel_scale } => {
-                (parallel_scale / normalization.scale, 0.0)
-            }
-        };
-        let pair = |reach: f64| [(reach * aspect) as f32, reach as f32];
+        let pair = |pair: [f64; 2]| pair.map(|x| x as f32);
         Scene {
             clip_z: single(z),
             clip_w: single(w),
-            extent: pair(extent),
-            slope: pair(slope),
+            extent: pair(plane.extent_at(anchor_depth)),
+            slope: pair(plane.slope),
             size: [view.width as f32, view.height as f32],
             // On the axis, the derivative of z / w by depth has the sign of this.
             cleared: match z.z * w.w - z.w * w.z < 0.0 {

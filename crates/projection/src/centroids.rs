@@ -84,6 +84,7 @@ mod tests {
     use tetrascope_core::glam::DVec3;
     use tetrascope_core::{Camera, CameraFit, View};
     use tetrascope_datasets::{Options, find};
+    use tetrascope_f32::ImagePlane;
     use tetrascope_gpu::testing;
 
     use super::*;
@@ -116,7 +117,8 @@ mod tests {
                     background: [0.0; 4],
                 };
                 let normalization = &geometry.normalization;
-                let sorted = centroids.sorted(&frame(&view, normalization, 0, false));
+                let plane = ImagePlane::new(&view, normalization);
+                let sorted = centroids.sorted(&frame(&plane, (8, 8), 0, false));
                 let mut all = sorted.clone();
                 all.sort_unstable();
                 assert_eq!(all, &*cells, "{name}: each once");

@@ -7,18 +7,19 @@ use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, Projection as Spread, TetMesh, View, Volume,
     VolumeRenderer,
 };
+use tetrascope_f32::look::look;
+use tetrascope_f32::{ImagePlane, ScalarMap};
 use tetrascope_gpu::gather::gathered_format;
-use tetrascope_gpu::look::look;
 use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{
-    Canvas, Commands, Draw, Gpu, Outcome, Recorded, ScalarMap, SceneDepth, Sums, SumsKind, Target,
-    draw, read_back,
+    Canvas, Commands, Draw, Gpu, Outcome, Recorded, SceneDepth, Sums, SumsKind, Target, draw,
+    read_back,
 };
 
 use self::scene::{Parts, Scene, Sorter, Sorting};
 use self::surfaces::prepared;
-use crate::frame::{camera_space, frame};
+use crate::frame::frame;
 use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellPass, FrameData, Uploaded};
 use crate::passes::faces::FacePass;
@@ -148,24 +149,24 @@ impl Projection {
     ) -> Result<FrameData, Error> {
         let scene = &self.scene;
         let normalization = &scene.geometry.normalization;
+        let plane = ImagePlane::new(view, normalization);
         let uniform = frame(
-            view,
-            normalization,
+            &plane,
+            (view.width, view.height),
             scene.look.culled.items,
             scene.field.per_cell,
         );
-        let camera = camera_space(view, normalization);
         let (look, items) = look(
             &scene.appearance,
             view,
             &scene.geometry.mesh.bounds(),
             normalization,
             &scene.field.map,
-            &camera.from_normalized,
+            &plane.camera_from_normalized(),
         );
         let ends = self
             .canvas
-            .ends(encoder, view, normalization, camera.anchor_depth, depth)?;
+            .ends(encoder, view, normalization, plane.anchor_depth, depth)?;
         let gpu = self.canvas.gpu();
         let upload =
             |gpu: &Gpu, bytes: &[u8]| gpu.upload("projection::frame", bytes, BufferUsages::UNIFORM);

@@ -1,6 +1,14 @@
 //! `repr(C)` mirrors of the structs in `rays.wgsl` and `march.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
+use tetrascope_gpu::wgpu;
+
+/// One instance per rectangle of [`rectangles`](tetrascope_f32::tiles::rectangles).
+pub(crate) const RECTANGLES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+    array_stride: 16,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &wgpu::vertex_attr_array![0 => Float32x4],
+};
 
 /// `March`: what changes every frame.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -5,8 +5,8 @@
 //!
 //! Two forms, [`Passes`]. In today's, all steps of a ray in one dispatch:
 //!
-//! 1. [`layout`] packs the mesh (the paper's section 4.1 and figure 8).
-//! 2. [`tiles`] lists the boundary faces where the rays of each tile may come in and
+//! 1. [`layout`](tetrascope_f32::layout) packs the mesh (the paper's section 4.1 and figure 8).
+//! 2. [`tiles`](tetrascope_f32::tiles) lists the boundary faces where the rays of each tile may come in and
 //!    come back (3.3, 3.4); or `single/layers.rs` and `peel.wgsl` peel the boundary (3.4).
 //! 3. `raycast_peel/walk.wgsl` decides which face a ray crosses (3.2).
 //! 4. `crossings.wgsl` finds the next boundary faces of a ray, `follow.wgsl` takes it from
@@ -97,7 +97,7 @@
 //! - Rays: of 103 809 024 that are aimed at vertices, at edges and along faces, on the meshes of
 //!   `single::aimed`, none was lost and none crossed the boundary an odd number of times.
 //! - Entry: lists of boundary faces by tile beat peeled layers ([`Entries`]) and a hierarchy of
-//!   boxes ([`tiles`]).
+//!   boxes ([`tiles`](tetrascope_f32::tiles)).
 //! - Order in memory: [`Locality`].
 //!
 //! # Limits
@@ -139,13 +139,10 @@
 //!   into the caller's encoder, as the CPU reads occlusion queries between passes.
 
 mod gpu_data;
-mod layout;
 mod options;
 mod ping_pong;
-mod rays;
 mod renderer;
 mod single;
-mod tiles;
 
 pub use options::{
     Crossings, Entries, INTEGRATIONS, Integration, Locality, MAX_TILES, Passes, RaycastOptions,

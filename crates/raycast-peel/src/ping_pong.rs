@@ -15,15 +15,16 @@ mod tiles;
 
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, Volume};
+use tetrascope_f32::{ANY_SCALAR, ScalarMap, deepest};
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::preintegration::Table;
-use tetrascope_gpu::transfer_function::intervals;
+use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages};
-use tetrascope_gpu::{Gpu, Integration, ScalarMap};
+use tetrascope_gpu::{Gpu, Integration};
 
-use crate::options::RaycastOptions;
+use crate::options::{Crossings, RaycastOptions};
 use crate::renderer::tetrahedra;
-use crate::single::{Segments, deepest, mapped_range, table};
+use crate::single::{Segments, table};
 use mesh::Mesh;
 use passes::{Passes, StyledPasses};
 
@@ -59,7 +60,7 @@ impl Style {
         options: &RaycastOptions,
         last: Option<&Table>,
     ) -> Result<Style, Error> {
-        let intervals = intervals(
+        let intervals = knot_pairs(
             &appearance.transfer_function,
             &mesh.scalar_map,
             &mesh.normalization,
@@ -71,7 +72,7 @@ impl Style {
             scale: mesh.normalization.scale,
             intervals: &intervals,
             longest: mesh.longest_edge,
-            scalars: mapped_range(&mesh.source, &mesh.scalar_map),
+            scalars: mesh.scalar_map.range(mesh.source.scalar_range()),
         };
         let table = table(gpu, appearance, &segments, options, last)?;
         if options.integration == Integration::Exact && intervals.len() > MOST_INTERVALS {
@@ -82,9 +83,15 @@ impl Style {
                 unit: "intervals",
             });
         }
+        // Planes continue a cell's gradient.
+        let scalars = match options.crossings {
+            Crossings::Planes => ANY_SCALAR,
+            Crossings::Sides => segments.scalars,
+        };
+        let deepest = deepest(&intervals, scalars, mesh.longest_edge);
         let mut constants = vec![
             model,
-            ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
+            ("DEEPEST", deepest.into()),
             ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
             ("JUMPS", f64::from(u8::from(!mesh.source.is_continuous()))),
         ];

@@ -5,23 +5,21 @@ use std::sync::{Arc, OnceLock};
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Appearance, Error, FrameStats, OpticalModel, TetMesh, View, Volume};
-use tetrascope_gpu::look::look_constants;
+use tetrascope_f32::tiles::TILE;
+use tetrascope_f32::{KnotPair, Rays, ScalarMap, Tiles, deepest, mean_chord};
 use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
-use tetrascope_gpu::passes::{compute_pipeline, model_constant, module};
-use tetrascope_gpu::preintegration::{self, Table, mean_chord};
-use tetrascope_gpu::transfer_function::{Interval, intervals};
+use tetrascope_gpu::passes::{compute_pipeline, look_constants, model_constant, module};
+use tetrascope_gpu::preintegration::{self, Table};
+use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, ComputePipeline, TextureFormat, TextureUsages};
 use tetrascope_gpu::{
-    Canvas, Commands, Gpu, Integration, Outcome, Recorded, ScalarMap, SumsKind, Target, read_back,
-    sides,
+    Canvas, Commands, Gpu, Integration, Outcome, Recorded, SumsKind, Target, read_back, sides,
 };
 
 use crate::NAME;
 use crate::gpu_data::{Counters, March, Progress};
 use crate::options::{Entries, RaycastOptions};
-use crate::rays::Rays;
 use crate::renderer::tetrahedra;
-use crate::tiles::{TILE, Tiles};
 
 const LABEL: &str = "raycast-peel::cast";
 
@@ -41,7 +39,7 @@ use budget::Budget;
 use cast::{Cast, Size, Targets};
 use layers::{Layers, Peeling};
 use mesh::Kind;
-pub(crate) use mesh::{Mesh, TRANSPARENT_SCALAR, longest_edge};
+pub(crate) use mesh::{Mesh, TRANSPARENT_SCALAR};
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
@@ -76,6 +74,7 @@ struct Style {
     /// before an application's geometry. Compiled when they are first needed.
     pipelines: [OnceLock<wgpu::ComputePipeline>; 4],
     constants: Vec<(&'static str, f64)>,
+    deepest: f32,
     intervals: wgpu::Texture,
     table: Table,
 }
@@ -88,7 +87,7 @@ impl Style {
         options: &RaycastOptions,
         last: Option<&Table>,
     ) -> Result<Style, Error> {
-        let intervals = intervals(
+        let intervals = knot_pairs(
             &appearance.transfer_function,
             &mesh.scalar_map,
             &mesh.normalization,
@@ -98,16 +97,19 @@ impl Style {
             scale: mesh.normalization.scale,
             intervals: &intervals,
             longest: mesh.longest_edge,
-            scalars: mapped_range(&mesh.source, &mesh.scalar_map),
+            scalars: mesh.scalars(),
         };
         let table = table(gpu, appearance, &segments, options, last)?;
+        let deepest = deepest(&intervals, segments.scalars, mesh.longest_edge);
         let mut constants = constants(gpu, mesh, appearance, &intervals, options)?;
+        constants.push(("DEEPEST", deepest.into()));
         constants.extend(table.constants(segments.scalars));
         constants.extend(Budget::new(appearance)?.constants());
         let style = Style {
             appearance: appearance.clone(),
             pipelines: Default::default(),
             constants,
+            deepest,
             table,
             intervals: gpu.upload_texels(
                 "of the transfer function",
@@ -132,7 +134,7 @@ pub(crate) struct Segments<'a> {
     pub(crate) mesh: &'a TetMesh,
     /// World units in a normalized unit.
     pub(crate) scale: f64,
-    pub(crate) intervals: &'a [Interval],
+    pub(crate) intervals: &'a [KnotPair],
     /// The longest that there can be, normalized.
     pub(crate) longest: f32,
     /// The least and the greatest scalar, mapped.
@@ -177,12 +179,6 @@ pub(crate) fn table(
     }
 }
 
-/// The least and the greatest scalar, mapped.
-pub(crate) fn mapped_range(mesh: &TetMesh, map: &ScalarMap) -> (f32, f32) {
-    let (low, high) = mesh.scalar_range().unwrap_or((0.0, 0.0));
-    (map.scalar(low), map.scalar(high))
-}
-
 /// The constant of `sides.wgsl`.
 pub(crate) fn sides_constant(
     gpu: &Gpu,
@@ -199,7 +195,7 @@ fn constants(
     gpu: &Gpu,
     mesh: &Mesh,
     appearance: &Appearance,
-    intervals: &[Interval],
+    intervals: &[KnotPair],
     options: &RaycastOptions,
 ) -> Result<Vec<(&'static str, f64)>, Error> {
     let kind = Kind::of(&mesh.source);
@@ -211,7 +207,6 @@ fn constants(
         cued,
         model_constant(appearance.optical_model),
         ("INTERVAL_COUNT", intervals.len() as f64),
-        ("DEEPEST", deepest(intervals, mesh.longest_edge)),
         ("SCALARS_PER_CELL", f64::from(u8::from(kind == Kind::Cells))),
         ("CORNER_SCALARS", f64::from(u8::from(kind == Kind::Corners))),
         ("LAYERED", f64::from(u8::from(layered))),
@@ -219,6 +214,15 @@ fn constants(
 }
 
 impl Style {
+    /// Whether the constants hold for `mesh`, too, with the same map of scalars: programs
+    /// ask only whether the bound of depths is at most 1.
+    fn holds_for(&self, mesh: &Mesh) -> Result<bool, Error> {
+        let tf = &self.appearance.transfer_function;
+        let intervals = knot_pairs(tf, &mesh.scalar_map, &mesh.normalization)?;
+        let deepest = deepest(&intervals, mesh.scalars(), mesh.longest_edge);
+        Ok(self.deepest > 1.0 || deepest <= 1.0)
+    }
+
     /// The pipeline, with `resumes` for rays that go on from dispatch to dispatch, and with
     /// `ends` for rays that end before an application's geometry.
     fn pipeline(&self, gpu: &Gpu, resumes: bool, ends: bool) -> Result<&ComputePipeline, Error> {
@@ -239,17 +243,9 @@ impl Style {
 }
 
 /// Three texels an interval.
-fn texels(intervals: &[Interval]) -> Vec<[f32; 4]> {
-    let three = |i: &Interval| [i.at_low, i.at_high, [i.low, i.high, i.inverse_width, 0.0]];
+fn texels(intervals: &[KnotPair]) -> Vec<[f32; 4]> {
+    let three = |i: &KnotPair| [i.at_low, i.at_high, [i.low, i.high, i.inverse_width, 0.0]];
     intervals.iter().flat_map(three).collect()
-}
-
-/// A bound of the optical depth of a cell; what only deeper ones need is not compiled.
-pub(crate) fn deepest(intervals: &[Interval], longest_edge: f32) -> f64 {
-    let extinctions = intervals.iter().flat_map(|i| [i.at_low[3], i.at_high[3]]);
-    let greatest = f64::from(extinctions.fold(0.0, f32::max));
-    // Lengths and depths are rounded on the way.
-    (1.001 * greatest * f64::from(longest_edge)).min(1e30)
 }
 
 impl Single {
@@ -400,7 +396,8 @@ impl Single {
             false => Mesh::new(gpu, source, map, self.options.locality)?,
         };
         // A table's program knows whether scalars leave it.
-        if !keeps_map || self.options.integration != Integration::Exact {
+        let holds = keeps_map && self.style.holds_for(&mesh)?;
+        if !holds || self.options.integration != Integration::Exact {
             let table = Some(&self.style.table);
             self.style = Style::new(gpu, &mesh, appearance, &self.options, table)?;
         }

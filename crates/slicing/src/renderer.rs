@@ -9,12 +9,13 @@ use tetrascope_core::grid::{BrickSource, Interpolation, Lattice};
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, View, Volume, VolumeRenderer,
 };
-use tetrascope_gpu::look::look;
+use tetrascope_f32::look::look;
+use tetrascope_f32::{Normalization, ScalarMap};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{
-    Canvas, Commands, Draw, Gpu, Normalization, Outcome, Recorded, ScalarMap, SceneDepth, Sums,
-    SumsKind, Target, draw, read_back,
+    Canvas, Commands, Draw, Gpu, Outcome, Recorded, SceneDepth, Sums, SumsKind, Target, draw,
+    read_back,
 };
 
 use parts::Parts;

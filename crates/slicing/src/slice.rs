@@ -6,9 +6,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use tetrascope_core::{Appearance, Error, OpticalModel};
 use tetrascope_gpu::canvas::NOWHERE;
 use tetrascope_gpu::gather::{blend, gathered_format};
-use tetrascope_gpu::look::look_constants;
 use tetrascope_gpu::passes::{
-    READ, TEXELS, UNIFORM, group, layout, model_constant, module, pipeline_layout,
+    READ, TEXELS, UNIFORM, group, layout, look_constants, model_constant, module, pipeline_layout,
 };
 use tetrascope_gpu::wgpu::{self, BindingType, BufferUsages, ShaderStages};
 use tetrascope_gpu::{Gpu, Sums};

@@ -3,13 +3,14 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use tetrascope_core::{Appearance, Error};
+use tetrascope_f32::ScalarMap;
+use tetrascope_f32::look::surfaces;
 use tetrascope_gpu::canvas::NOWHERE;
-use tetrascope_gpu::look::surfaces;
 use tetrascope_gpu::passes::{READ, group, layout, module, pipeline_layout};
 use tetrascope_gpu::wgpu::{
     self, BindingResource, BufferUsages, ShaderStages, TextureFormat, TextureUsages,
 };
-use tetrascope_gpu::{Gpu, ScalarMap, Sums};
+use tetrascope_gpu::{Gpu, Sums};
 use tetrascope_shaders::projection::SURFACE;
 
 use super::cell::{CellData, CellPass, FrameData};

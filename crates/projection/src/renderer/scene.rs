@@ -97,6 +97,7 @@ impl Parts<'_> {
             table,
             pieces,
             listed: !matches!(way, Way::None | Way::Centroid),
+            extrapolates: self.face_pass.is_some(),
         };
         let look = Look::upload(gpu, &geometry, &field, &looked)?;
         let sorting = match way {

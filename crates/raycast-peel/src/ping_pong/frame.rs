@@ -2,6 +2,8 @@
 
 use tetrascope_core::glam::{DVec3, DVec4};
 use tetrascope_core::{Error, FrameStats, OpticalModel, Projection, View};
+use tetrascope_f32::tiles::rectangles;
+use tetrascope_f32::{ImagePlane, Rays};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::passes::group;
 use tetrascope_gpu::wgpu::{
@@ -16,8 +18,6 @@ use super::passes::{BEFORE, DEPTHS, TEXELS, record_clear};
 use super::tiles::{Tile, tiles};
 use crate::NAME;
 use crate::options::Crossings;
-use crate::rays::Rays;
-use crate::tiles::rectangles;
 
 /// Textures as large as the image, which live as long as a frame.
 struct Targets {
@@ -188,36 +188,26 @@ impl PingPong {
     fn clip(&self, view: &View) -> [[f32; 4]; 4] {
         // Before this nothing is drawn: far below what f32 resolves of the mesh.
         const NEAR: f64 = 1e-6;
-        let normalization = &self.mesh.normalization;
-        let (right, up, forward) = view.camera.axes();
-        let eye = normalization.point(view.camera.position);
-        let aspect = f64::from(view.width) / f64::from(view.height);
+        let plane = ImagePlane::new(view, &self.mesh.normalization);
         let row = |axis: DVec3, factor: f64, from: DVec3| {
             let axis = axis * factor;
             axis.extend(-axis.dot(from))
         };
-        let rows = match view.camera.projection {
-            Projection::Perspective { view_angle } => {
-                let zoom = 1.0 / (view_angle.to_radians() / 2.0).tan();
-                [
-                    row(right, zoom / aspect, eye),
-                    row(up, zoom, eye),
-                    DVec4::W * NEAR,
-                    row(forward, 1.0, eye),
-                ]
-            }
-            Projection::Orthographic { parallel_scale } => {
-                let zoom = normalization.scale / parallel_scale;
-                // Vertices lie within √3 of the center.
-                let depth = row(forward, -0.25, DVec3::ZERO) + DVec4::W * 0.5;
-                [
-                    row(right, zoom / aspect, eye),
-                    row(up, zoom, eye),
-                    depth,
-                    DVec4::W,
-                ]
+        let [zoom_x, zoom_y] = plane.reach.map(f64::recip);
+        let (depth, w) = match plane.is_perspective {
+            true => (DVec4::W * NEAR, row(plane.forward, 1.0, plane.eye)),
+            // Vertices lie within √3 of the center.
+            false => {
+                let depth = row(plane.forward, -0.25, DVec3::ZERO) + DVec4::W * 0.5;
+                (depth, DVec4::W)
             }
         };
+        let rows = [
+            row(plane.right, zoom_x, plane.eye),
+            row(plane.up, zoom_y, plane.eye),
+            depth,
+            w,
+        ];
         [0, 1, 2, 3].map(|column| rows.map(|row| row[column] as f32))
     }
 }

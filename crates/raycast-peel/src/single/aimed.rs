@@ -6,7 +6,7 @@
 //! origin, and in layers so thin that jitter turns cells inside out.
 
 use tetrascope_core::{Knot, TransferFunction, VolumeRenderer as _};
-use tetrascope_gpu::look::look;
+use tetrascope_f32::look::look;
 use tetrascope_gpu::passes::{compute_pipeline, module};
 use tetrascope_gpu::testing;
 use tetrascope_gpu::wgpu::BufferUsages;
@@ -225,7 +225,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
     let single = Single::new(gpu, &volume, &appearance, &options).expect("a mesh");
     let map = &single.mesh.scalar_map;
     let normalization = &single.mesh.normalization;
-    let intervals = intervals(&appearance.transfer_function, map, normalization);
+    let intervals = knot_pairs(&appearance.transfer_function, map, normalization);
     let intervals = intervals.expect("few knots");
     let mut constants =
         constants(gpu, &single.mesh, &appearance, &intervals, &options).expect("constants");

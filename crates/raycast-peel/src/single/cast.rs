@@ -2,14 +2,14 @@
 
 use tetrascope_core::glam::DAffine3;
 use tetrascope_core::{Error, View};
+use tetrascope_f32::Rays;
+use tetrascope_f32::look::look;
+use tetrascope_f32::tiles::TILE;
 use tetrascope_gpu::Sums;
-use tetrascope_gpu::look::look;
 use tetrascope_gpu::wgpu::{self, BindGroup, BindingResource, BufferUsages, CommandEncoder};
 
 use super::{Found, LABEL, Single, layers, view_of};
 use crate::gpu_data::{Counters, Progress, State};
-use crate::rays::Rays;
-use crate::tiles::TILE;
 
 /// Rays whose states are on the device at a time, unless one row of tiles has more: 31 MB.
 const MOST_STATES: u32 = 1 << 17;

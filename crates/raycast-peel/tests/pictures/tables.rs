@@ -5,7 +5,7 @@ use tetrascope_core::{
     Appearance, CameraFit, DepthCue, Error, Frame, Knot, OpticalModel, TetMesh, TransferFunction,
     View, Volume,
 };
-use tetrascope_gpu::preintegration::mean_chord;
+use tetrascope_f32::mean_chord;
 use tetrascope_gpu::{Gpu, testing};
 use tetrascope_raycast_peel::{Integration, Passes, RaycastOptions, RaycastPeel};
 
