@@ -13,7 +13,7 @@ mod passes;
 mod tiles;
 
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{Appearance, Error, View, Volume, VolumeRenderer};
+use tetrascope_core::{Appearance, Error, TetMesh, View, Volume, VolumeRenderer};
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::transfer_function::intervals;
@@ -127,6 +127,11 @@ impl PingPong {
             &self.options,
             last,
         )
+    }
+
+    /// What is drawn, and its mesh.
+    pub(crate) fn scene(&self) -> (&Appearance, &TetMesh) {
+        (&self.style.appearance, &self.mesh.source)
     }
 
     pub(crate) fn bytes_resident(&self) -> u64 {
