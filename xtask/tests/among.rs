@@ -12,8 +12,9 @@ use tetrascope::gpu::testing::Application;
 use tetrascope::gpu::wgpu::TextureFormat;
 use tetrascope::reference::{Reference, ReferenceOptions};
 use tetrascope::{Algorithm, Promise, Renderer, Settings};
+use xtask::compare::resolve;
 use xtask::limits::{limit, outliers, rmse_with_outliers};
-use xtask::testing::{Failures, algorithms, context, scene};
+use xtask::testing::{Failures, algorithms, context};
 
 const SIDE: u32 = 40;
 
@@ -194,7 +195,8 @@ fn a_sphere_in_each_scene_hides_what_is_behind_it_and_nothing_else() {
                 .map(|i| [0.2, (i % 7) as f32 / 10.0, 0.4, 0.5 + (i % 3) as f32 / 4.0])
                 .collect();
             for model in OpticalModel::ALL {
-                let look = scene(&case.file, model, &case.volume).appearance;
+                let scene = resolve(&case.file, model, &case.volume).expect("a scene");
+                let look = scene.appearance;
                 let options = ReferenceOptions::default();
                 let reference =
                     Reference::new(&case.volume, &look, &options).expect("it draws all");

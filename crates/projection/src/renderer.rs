@@ -56,7 +56,7 @@ impl Projection {
         appearance: &Appearance,
         options: &ProjectionOptions,
     ) -> Result<Projection, Error> {
-        ABILITIES.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance, &volume.bounds())?;
         options.validate(appearance)?;
         let mesh = mesh_of(volume)?;
         let transform_pass = TransformPass::new(gpu)?;
@@ -284,13 +284,15 @@ impl Projection {
 impl VolumeRenderer for Projection {
     /// Uploads scalars alone where the geometry is the same.
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+        ABILITIES.check(NAME, &self.scene.appearance, &volume.bounds())?;
         self.reload_mesh(mesh_of(volume)?)
     }
 
     /// Uploads the transfer function and which cells it leaves to draw; scalars only
     /// if its range moved so far that f32 would run out of digits.
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        ABILITIES.check(NAME, appearance)?;
+        let mesh = &self.scene.geometry.mesh;
+        ABILITIES.check(NAME, appearance, &mesh.bounds())?;
         let model = appearance.optical_model;
         self.options.validate(appearance)?;
         let geometry = self.scene.geometry.clone();

@@ -46,7 +46,8 @@
 //!   no other tolerance; `walk.wgsl` says why a ray cannot be lost. What it assumes
 //!   of products is asked of each device once (`sides` of `tetrascope-gpu`).
 //! - Scalars and depths come from positive weights of a face's corners, not from
-//!   a cell's gradient, which overshoots on slivers.
+//!   a cell's gradient, which overshoots on slivers; what f32 loses of a sliver's weights is
+//!   taken back (`sides.wgsl`).
 //! - A cell takes 20 bytes instead of 144; where a field jumps between cells that touch without
 //!   sharing points, 16 more for the cell's own scalars.
 //!

@@ -14,7 +14,7 @@ mod passes;
 mod tiles;
 
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{Appearance, Error, Volume};
+use tetrascope_core::{Appearance, Error, TetMesh, Volume};
 use tetrascope_f32::{ANY_SCALAR, ScalarMap, deepest};
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::preintegration::Table;
@@ -135,6 +135,11 @@ impl PingPong {
             &self.options,
             last,
         )
+    }
+
+    /// What is drawn, and its mesh.
+    pub(crate) fn scene(&self) -> (&Appearance, &TetMesh) {
+        (&self.style.appearance, &self.mesh.source)
     }
 
     pub(crate) fn bytes_resident(&self) -> u64 {

@@ -1,6 +1,8 @@
 //! The renderer, whichever way it takes its steps.
 
-use tetrascope_core::{Abilities, Appearance, Error, Frame, TetMesh, View, Volume, VolumeRenderer};
+use tetrascope_core::{
+    Abilities, Appearance, Bounds, Error, Frame, TetMesh, View, Volume, VolumeRenderer,
+};
 use tetrascope_gpu::{Canvas, Commands, Draw, Gpu, Recorded, Target, draw};
 
 use crate::options::{Passes, RaycastOptions};
@@ -21,6 +23,22 @@ enum Form {
     PingPong(Box<PingPong>),
 }
 
+impl Form {
+    /// How it steps, what it draws, and the mesh.
+    fn scene(&self) -> (Passes, &Appearance, &TetMesh) {
+        match self {
+            Form::Single(single) => {
+                let (appearance, mesh) = single.scene();
+                (Passes::Single, appearance, mesh)
+            }
+            Form::PingPong(ping_pong) => {
+                let (appearance, mesh) = ping_pong.scene();
+                (Passes::PingPong, appearance, mesh)
+            }
+        }
+    }
+}
+
 impl RaycastPeel {
     /// A renderer of `volume`, which must be a mesh.
     ///
@@ -33,7 +51,7 @@ impl RaycastPeel {
         appearance: &Appearance,
         options: &RaycastOptions,
     ) -> Result<RaycastPeel, Error> {
-        check(options.passes, appearance)?;
+        check(options.passes, appearance, &volume.bounds())?;
         options.validate()?;
         let form = match options.passes {
             Passes::Single => {
@@ -71,6 +89,8 @@ impl RaycastPeel {
 
 impl VolumeRenderer for RaycastPeel {
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+        let (passes, appearance, _) = self.form.scene();
+        check(passes, appearance, &volume.bounds())?;
         match &mut self.form {
             Form::Single(single) => single.reload(volume),
             Form::PingPong(ping_pong) => ping_pong.reload(volume),
@@ -78,15 +98,11 @@ impl VolumeRenderer for RaycastPeel {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        let (passes, _, mesh) = self.form.scene();
+        check(passes, appearance, &mesh.bounds())?;
         match &mut self.form {
-            Form::Single(single) => {
-                check(Passes::Single, appearance)?;
-                single.restyle(appearance)
-            }
-            Form::PingPong(ping_pong) => {
-                check(Passes::PingPong, appearance)?;
-                ping_pong.restyle(appearance)
-            }
+            Form::Single(single) => single.restyle(appearance),
+            Form::PingPong(ping_pong) => ping_pong.restyle(appearance),
         }
     }
 
@@ -126,12 +142,12 @@ impl Draw for RaycastPeel {
 
 /// Refuses what this many steps a pass do not draw: the paper ends with the volumetric
 /// optical models.
-fn check(passes: Passes, appearance: &Appearance) -> Result<(), Error> {
-    ABILITIES.check(NAME, appearance)?;
+fn check(passes: Passes, appearance: &Appearance, bounds: &Bounds) -> Result<(), Error> {
+    ABILITIES.check(NAME, appearance, bounds)?;
     if passes == Passes::Single {
         return Ok(());
     }
-    let refused = Abilities::default().check(NAME, appearance);
+    let refused = Abilities::default().check(NAME, appearance, bounds);
     refused.map_err(|error| match error {
         Error::Unsupported { renderer, what, .. } => Error::Unsupported {
             renderer,

@@ -281,6 +281,11 @@ impl Single {
     }
 
     /// Bytes on the device between frames, the image not counted.
+    /// What is drawn, and its mesh.
+    pub(crate) fn scene(&self) -> (&Appearance, &TetMesh) {
+        (&self.style.appearance, &self.mesh.source)
+    }
+
     pub(crate) fn bytes_resident(&self) -> u64 {
         let textures = self
             .mesh

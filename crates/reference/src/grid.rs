@@ -39,7 +39,7 @@ use tetrascope_core::appearance::{CueRamp, clip_ray};
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::Interpolation;
 use tetrascope_core::optics::over;
-use tetrascope_core::{Appearance, DepthCue, Error, Grid, OpticalModel, Ray, View};
+use tetrascope_core::{Appearance, Bounds, DepthCue, Error, Grid, OpticalModel, Ray, View};
 
 use crate::ray::{Consistency, Outcome};
 use crate::trace::Interval;
@@ -79,6 +79,10 @@ pub(crate) struct GridScene<'a> {
 }
 
 impl GridBody {
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.grid.bounds()
+    }
+
     pub(crate) fn new(grid: &Grid) -> GridBody {
         GridBody {
             turn: grid.direction().inverse(),

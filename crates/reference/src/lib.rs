@@ -49,7 +49,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use tetrascope_core::{
-    Abilities, Appearance, Error, Frame, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
+    Abilities, Appearance, Bounds, Error, Frame, OpticalModel, TetMesh, View, Volume,
+    VolumeRenderer,
 };
 
 pub use image::ReferenceImage;
@@ -255,7 +256,7 @@ impl VolumeRenderer for Reference {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        ABILITIES.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance, &self.body.bounds())?;
         self.appearance = appearance.clone();
         Ok(())
     }
@@ -269,10 +270,10 @@ impl VolumeRenderer for Reference {
 /// Refuses what is not drawn: parts of an appearance, and a grid that stays in its file.
 ///
 /// # Errors
-/// [`Error::Unsupported`] with the reason, and what [`Appearance::validate`] refuses.
+/// [`Error::Unsupported`] with the reason, and what [`Appearance::validate_in`] refuses.
 pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
     match volume {
-        Volume::Mesh(_) | Volume::Grid(_) => ABILITIES.check(NAME, appearance),
+        Volume::Mesh(_) | Volume::Grid(_) => ABILITIES.check(NAME, appearance, &volume.bounds()),
         _ => Err(Error::Unsupported {
             renderer: NAME,
             what: "a grid that stays in its file".into(),
@@ -282,6 +283,13 @@ pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
 }
 
 impl Body {
+    fn bounds(&self) -> Bounds {
+        match self {
+            Body::Mesh { mesh, .. } => mesh.bounds(),
+            Body::Grid(body) => body.bounds(),
+        }
+    }
+
     /// What is in `volume`, with the BVH of a body `before` where that fits, and how many
     /// were built.
     fn of(volume: &Volume, before: Option<&Body>) -> Result<(Body, u64), Error> {

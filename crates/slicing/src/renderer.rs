@@ -109,7 +109,7 @@ impl Slicing {
         appearance: &Appearance,
         options: &SlicingOptions,
     ) -> Result<Slicing, Error> {
-        ABILITIES.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance, &source.lattice().bounds())?;
         options.validate()?;
         let pass = SlicePass::new(gpu)?;
         let reach = options.reach(appearance.optical_model);
@@ -453,6 +453,7 @@ impl Samples {
 impl VolumeRenderer for Slicing {
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         let appearance = &self.scene.appearance;
+        ABILITIES.check(NAME, appearance, &volume.bounds())?;
         let reach = self.options.reach(appearance.optical_model);
         let volume = Arc::new(Samples::new(source_of(volume)?, reach)?);
         self.scene = self.parts().scene(appearance, volume, None)?;
@@ -463,8 +464,8 @@ impl VolumeRenderer for Slicing {
     /// matters moved so far that f32 would run out of digits, or if they are kept in bricks,
     /// or if the model needs more samples around each box than the one before.
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        ABILITIES.check(NAME, appearance)?;
         let scene = &self.scene;
+        ABILITIES.check(NAME, appearance, &scene.volume.source.lattice().bounds())?;
         let reach = self.options.reach(appearance.optical_model);
         let before = (reach <= scene.volume.reach).then_some(scene);
         let volume = match before {

@@ -84,7 +84,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     sweep,
     promise,
     supports: |volume, appearance, _| {
-        ABILITIES.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance, &volume.bounds())?;
         match volume {
             Volume::Mesh(_) => Ok(()),
             _ => Err(Error::Unsupported {

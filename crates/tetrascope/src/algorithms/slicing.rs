@@ -122,7 +122,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     // What lies between two slices is not seen, so there is no bound.
     promise: |_| Promise::Open,
     supports: |volume, appearance, _| {
-        ABILITIES.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance, &volume.bounds())?;
         match volume {
             Volume::Grid(_) | Volume::Stream(_) => Ok(()),
             _ => Err(Error::Unsupported {
