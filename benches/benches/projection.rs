@@ -9,8 +9,8 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use tetrascope::core::scene::VolumeSource;
-use tetrascope::core::{OpticalModel, Projection, Scene, SceneFile, View, Volume, VolumeRenderer};
+use tetrascope::core::{OpticalModel, Projection, View, Volume, VolumeRenderer};
+use tetrascope::scene::{Scene, SceneFile, VolumeSource};
 use tetrascope::{Algorithm, Context, Renderer, Settings, volumes};
 
 /// Pixels a side of the tables' frames; the paper does not give its own.
@@ -52,7 +52,7 @@ fn blunt_fin() -> Option<SceneFile> {
 }
 
 fn data_set(name: &str, cells: Option<u64>) -> SceneFile {
-    let mut file = tetrascope::datasets::find(name).expect("listed").scene();
+    let mut file = volumes::scene(tetrascope::datasets::find(name).expect("listed"));
     file.volume.cells = cells.or(file.volume.cells);
     file
 }

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use tetrascope::core::{Scene, Volume};
+use tetrascope::core::Volume;
 use tetrascope::gpu::Gpu;
+use tetrascope::scene::Scene;
 use tetrascope::{Context, volumes};
 
 /// The device, or why there is none.
@@ -46,7 +47,7 @@ pub fn cases() -> Vec<Case> {
 }
 
 fn case(dataset: &str) -> Case {
-    let mut file = tetrascope::datasets::find(dataset).expect("listed").scene();
+    let mut file = volumes::scene(tetrascope::datasets::find(dataset).expect("listed"));
     (file.image.width, file.image.height) = (Some(SIDE), Some(SIDE));
     let volume = volumes::load(&file.volume).expect("data sets load").volume;
     let scene = file.resolve(&volume).expect("data sets have valid scenes");

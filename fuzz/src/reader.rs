@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use tetrascope::core::grid::Region;
-use tetrascope::core::scene::VolumeSource;
-use tetrascope::core::{Error, SceneFile, Volume};
+use tetrascope::core::{Error, Volume};
 use tetrascope::io::{FileData, ReadOptions, read_file};
+use tetrascope::scene::{SceneFile, VolumeSource};
 use tetrascope::volumes;
 
 use crate::mutate::Input;
@@ -29,7 +29,7 @@ pub(crate) fn read(input: &Input, folder: &Path) -> Result<Reading, String> {
     let Some(error) = explain(input, folder) else {
         return Ok(Reading::Read);
     };
-    for text in [Some(error.to_string()), error.help()]
+    for text in [Some(error.to_string()), tetrascope::help(&error)]
         .into_iter()
         .flatten()
     {

@@ -7,7 +7,7 @@ mod scenes;
 
 use std::path::{Path, PathBuf};
 
-use tetrascope::core::scene::VolumeSource;
+use tetrascope::scene::VolumeSource;
 
 use crate::pack::Part;
 

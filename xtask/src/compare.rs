@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use tetrascope::core::{Error, Frame, OpticalModel, Scene, Volume, VolumeRenderer};
+use tetrascope::core::{Error, Frame, OpticalModel, Volume, VolumeRenderer};
+use tetrascope::scene::Scene;
 use tetrascope::{Algorithm, Context, Renderer, Settings};
 
 use crate::limits::{ROUGH_ORDER, limit, rmse_with_outliers};

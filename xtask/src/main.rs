@@ -71,7 +71,7 @@ fn main() -> ExitCode {
 fn finish(result: Result<ExitCode, Error>) -> ExitCode {
     result.unwrap_or_else(|error| {
         eprintln!("error: {error}");
-        if let Some(help) = error.help() {
+        if let Some(help) = tetrascope::help(&error) {
             eprintln!("help: {help}");
         }
         ExitCode::from(match error.kind() {

@@ -3,14 +3,14 @@
 
 use tetrascope::core::glam::{DMat3, DMat4, DVec3, DVec4};
 use tetrascope::core::grid::{Grid, Samples};
-use tetrascope::core::scene::VolumeSource;
 use tetrascope::core::{
     Appearance, Bounds, Camera, CameraFit, Error, Frame, FrameStats, OpticalModel, Projection, Ray,
-    SceneFile, View, Volume,
+    View, Volume,
 };
 use tetrascope::gpu::testing::Application;
 use tetrascope::gpu::wgpu::TextureFormat;
 use tetrascope::reference::{Reference, ReferenceOptions};
+use tetrascope::scene::{SceneFile, VolumeSource};
 use tetrascope::{Algorithm, Promise, Renderer, Settings};
 use xtask::compare::resolve;
 use xtask::limits::{limit, outliers, rmse_with_outliers};
@@ -122,7 +122,8 @@ struct Case {
 
 fn cases() -> Vec<Case> {
     let mesh = |name: &'static str| {
-        let mut file = tetrascope::datasets::find(name).expect("listed").scene();
+        let dataset = tetrascope::datasets::find(name).expect("listed");
+        let mut file = tetrascope::volumes::scene(dataset);
         file.volume.cells = Some(700);
         let loaded = tetrascope::volumes::load(&file.volume);
         Case {

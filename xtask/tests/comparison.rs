@@ -2,8 +2,8 @@
 
 use tetrascope::Promise;
 use tetrascope::core::glam::DVec3;
-use tetrascope::core::scene::VolumeSource;
-use tetrascope::core::{Camera, OpticalModel, Projection, Scene, SceneFile, View, Volume};
+use tetrascope::core::{Camera, OpticalModel, Projection, View, Volume};
+use tetrascope::scene::{Scene, SceneFile, VolumeSource};
 use xtask::compare::resolve;
 use xtask::limits::{ROUNDING, limit, outliers};
 use xtask::testing::{Failures, algorithms, draw, drawn_by, promised, truth};
@@ -64,7 +64,7 @@ const CASES: &[Case] = &[
 
 fn load(case: &Case) -> (Volume, SceneFile) {
     let dataset = tetrascope::datasets::find(case.dataset).expect("listed");
-    let mut file = dataset.scene();
+    let mut file = tetrascope::volumes::scene(dataset);
     file.volume = VolumeSource {
         cells: Some(case.cells),
         ..file.volume

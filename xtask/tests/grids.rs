@@ -1,8 +1,8 @@
 //! A regular grid through the comparison: slicing against the exact picture.
 
 use tetrascope::core::glam::DVec3;
-use tetrascope::core::scene::VolumeSource;
-use tetrascope::core::{Bounds, Camera, CameraFit, SceneFile};
+use tetrascope::core::{Bounds, Camera, CameraFit};
+use tetrascope::scene::{SceneFile, VolumeSource};
 use xtask::compare;
 
 /// 17³ samples of a ball, as a raw file of f32 with a scene beside it.
@@ -18,7 +18,7 @@ fn scene(folder: &std::path::Path, depth_cue: Option<f64>) -> std::path::PathBuf
     let mut file = SceneFile::new(VolumeSource {
         file: Some("ball.raw".into()),
         dims: Some([n; 3]),
-        number: Some(tetrascope::core::scene::RawNumber::F32),
+        number: Some(tetrascope::core::grid::RawNumber::F32),
         ..VolumeSource::default()
     });
     (file.image.width, file.image.height) = (Some(48), Some(48));

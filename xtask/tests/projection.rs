@@ -5,8 +5,8 @@
 
 use std::path::PathBuf;
 
-use tetrascope::core::scene::VolumeSource;
-use tetrascope::core::{Appearance, Frame, OpticalModel, Projection, SceneFile, View, Volume};
+use tetrascope::core::{Appearance, Frame, OpticalModel, Projection, View, Volume};
+use tetrascope::scene::{SceneFile, VolumeSource};
 use tetrascope::{Algorithm, datasets};
 use xtask::limits::ROUNDING;
 use xtask::machine::root;
@@ -26,7 +26,7 @@ struct Held {
 fn scenes(test: &str, side: u32, cells: Option<u64>) -> Vec<Held> {
     let mut files = Vec::new();
     for (name, convex) in [("sphere", true), ("orbital", true), ("heat-sink", false)] {
-        let mut file = datasets::find(name).expect("a data set").scene();
+        let mut file = tetrascope::volumes::scene(datasets::find(name).expect("a data set"));
         file.volume.cells = cells.or(file.volume.cells);
         files.push((name, file, convex));
     }

@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 
 use tetrascope::Promise;
-use tetrascope::core::scene::VolumeSource;
-use tetrascope::core::{OpticalModel, SceneFile};
+use tetrascope::core::OpticalModel;
+use tetrascope::scene::{SceneFile, VolumeSource};
 use xtask::limits::{ROUNDING, limit, outliers};
 use xtask::machine::root;
 use xtask::testing::{Failures, algorithms, draw, drawn_by, promised, say, truth};

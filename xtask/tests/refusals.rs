@@ -5,6 +5,7 @@ use tetrascope::core::glam::{DMat3, DVec3};
 use tetrascope::core::grid::Samples;
 use tetrascope::core::{
     Appearance, Camera, CameraFit, Error, Grid, Knot, OpticalModel, TransferFunction, View, Volume,
+    VolumeRenderer as _,
 };
 use tetrascope::{Algorithm, Settings};
 use xtask::testing::{algorithms, context, lattice};

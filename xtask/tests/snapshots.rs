@@ -4,8 +4,8 @@
 //! ground truth, which is the same everywhere, and Mesa's llvmpipe, which everybody
 //! can run, may bless.
 
-use tetrascope::core::scene::VolumeSource;
-use tetrascope::core::{Camera, OpticalModel, SceneFile, View, Volume};
+use tetrascope::core::{Camera, OpticalModel, View, Volume};
+use tetrascope::scene::{SceneFile, VolumeSource};
 use xtask::compare::resolve;
 use xtask::picture::shown;
 use xtask::testing::{Failures, algorithms, check_snapshot, draw, drawn_by};
@@ -51,7 +51,8 @@ fn pictures_are_as_reviewed() {
         let adapter = drawn_by(algorithm);
         let may_bless = !algorithm.needs_gpu || adapter.contains("llvmpipe");
         for &(dataset, cells, model) in PICTURES {
-            let mut file = tetrascope::datasets::find(dataset).expect("listed").scene();
+            let mut file =
+                tetrascope::volumes::scene(tetrascope::datasets::find(dataset).expect("listed"));
             file.volume = VolumeSource {
                 cells: Some(cells),
                 ..file.volume

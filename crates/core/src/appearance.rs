@@ -156,7 +156,7 @@ impl Abilities {
             Some((what, _)) => Err(Error::Unsupported {
                 renderer,
                 what: what.into(),
-                reason: "it does not draw them; `tetrascope algorithms` lists who does".into(),
+                reason: "it does not draw them".into(),
             }),
         }
     }
@@ -205,7 +205,7 @@ impl OpticalModel {
         OpticalModel::MaximumIntensity,
     ];
 
-    /// The name in scene files and on the command line.
+    /// The name that people write.
     pub fn name(self) -> &'static str {
         match self {
             OpticalModel::EmissionAbsorption => "emission-absorption",

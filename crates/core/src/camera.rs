@@ -74,7 +74,7 @@ impl Camera {
         if forward.length() == 0.0 || !forward.length().is_finite() {
             return wrong(
                 "the camera is at its focal point",
-                "move `position` away from `focal_point`, or use --camera fit+iso",
+                "move `position` away from `focal_point`, or let the camera fit the volume",
             );
         }
         // Below this sine, rounding of the inputs decides where up is.

@@ -30,7 +30,7 @@ impl Colormap {
         Colormap::Plasma,
     ];
 
-    /// The name in scene files and on the command line.
+    /// The name that people write.
     pub fn name(self) -> &'static str {
         match self {
             Colormap::Viridis => "viridis",

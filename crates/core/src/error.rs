@@ -142,7 +142,8 @@ impl Error {
         }
     }
 
-    /// What the user could do or type, one line.
+    /// How to help, one line, in words of no program: it names a parameter of a scene in
+    /// backticks, and a front end says how to give it.
     pub fn help(&self) -> Option<String> {
         self.advice().map(sentence)
     }
@@ -154,30 +155,22 @@ impl Error {
             | Error::Scene { help, .. }
             | Error::Usage { help, .. }
             | Error::NoAdapter { help, .. } => help.clone(),
-            Error::NoSuchField { name, available } => {
-                let names: Vec<&str> = available.iter().map(|field| bare(field)).collect();
-                let example = nearest(name, &names).or(names.first().copied());
-                example.map(|field| {
-                    let field = text::name(field);
-                    format!("choose one with --field, for example --field '{field}'")
-                })
+            Error::NoSuchField { available, .. } if !available.is_empty() => {
+                Some("choose one of these fields".into())
             }
-            Error::Unknown { name, valid, .. } => {
-                nearest(name, valid).map(|valid| format!("did you mean '{valid}'?"))
+            Error::TooLarge { .. } | Error::OutOfMemory { .. } => {
+                Some("draw a smaller image or mesh, or without a GPU".into())
             }
-            Error::TooLarge { .. } | Error::OutOfMemory { .. } => Some(
-                "draw a smaller image or mesh, or use `--algorithm reference`, which needs no GPU"
-                    .into(),
-            ),
             Error::NoMemory { .. } => Some("draw a smaller image".into()),
-            Error::Unsupported { .. } => {
-                Some("`tetrascope algorithms` lists what each algorithm draws".into())
-            }
-            Error::Io { .. } | Error::Device { .. } => None,
+            Error::Unsupported { .. } => Some("choose another algorithm".into()),
+            Error::NoSuchField { .. }
+            | Error::Unknown { .. }
+            | Error::Io { .. }
+            | Error::Device { .. } => None,
         }
     }
 
-    /// Who has to act on this error; the command line's exit codes follow it.
+    /// Who has to act on this error; a program's exit codes can follow it.
     pub fn kind(&self) -> ErrorKind {
         match self {
             Error::Io { action, .. } if *action == "cannot write" => ErrorKind::Failure,
@@ -252,35 +245,6 @@ fn list(names: &[String]) -> String {
 /// A name and what is said of it: a range of two numbers, or the values of a setting.
 const LONGEST_ITEM: usize = 2 * text::LONGEST_NAME;
 
-/// The name in "name [0, 1]".
-fn bare(field: &str) -> &str {
-    field.split(" [").next().unwrap_or(field)
-}
-
-/// The candidate that `name` is most likely a misspelling of, if any is near.
-///
-/// Damerau-Levenshtein similarity, letter case aside; 0.6 accepts about two slips
-/// in a word of five letters and refuses unrelated words of the same length. Names from files
-/// that are longer than a message shows are nobody's misspelling, and would take long.
-pub fn nearest<'a, S: AsRef<str>>(name: &str, candidates: &'a [S]) -> Option<&'a str> {
-    let is_short = |text: &str| text.chars().nth(text::LONGEST_NAME).is_none();
-    if !is_short(name) {
-        return None;
-    }
-    let name = name.to_lowercase();
-    candidates
-        .iter()
-        .map(AsRef::as_ref)
-        .filter(|candidate| is_short(candidate))
-        .map(|candidate| {
-            let likeness = strsim::normalized_damerau_levenshtein(&name, &candidate.to_lowercase());
-            (likeness, candidate)
-        })
-        .filter(|(likeness, _)| *likeness >= 0.6)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, candidate)| candidate)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -334,19 +298,5 @@ mod tests {
             text.starts_with("cannot read a\\u{1b}]0;b\\u{7}.vtu: "),
             "{text}"
         );
-    }
-
-    #[test]
-    fn a_misspelling_finds_its_word_and_a_stranger_none() {
-        let names = ["sphere", "orbital", "heat-sink"];
-        assert_eq!(nearest("shpere", &names), Some("sphere"));
-        assert_eq!(nearest("Heatsink", &names), Some("heat-sink"));
-        assert_eq!(nearest("fin.vtu", &names), None);
-        let unknown = Error::Unknown {
-            kind: "data set",
-            name: "orbitla".into(),
-            valid: names.map(String::from).to_vec(),
-        };
-        assert_eq!(unknown.help().as_deref(), Some("did you mean 'orbital'?"));
     }
 }

@@ -1,6 +1,7 @@
 //! A regular grid of samples, kept in the type in which they were stored.
 
 mod lattice;
+mod raw;
 mod source;
 
 use std::sync::Arc;
@@ -10,6 +11,7 @@ use glam::{DMat3, DVec3};
 use crate::{Bounds, Error};
 
 pub use lattice::{Interpolation, Lattice};
+pub use raw::{ByteOrder, RawLayout, RawNumber};
 pub use source::{BrickSource, GridStream, Region};
 
 /// Samples at the points of a regular lattice, x fastest.
@@ -50,7 +52,7 @@ pub enum SampleType {
 }
 
 impl SampleType {
-    /// The name in scene files and messages.
+    /// The name that people write and read.
     pub fn name(self) -> &'static str {
         match self {
             SampleType::U8 => "u8",

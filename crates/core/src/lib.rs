@@ -2,8 +2,8 @@
 //!
 //! Reading order: [`mesh`] and [`grid`] hold a [`Volume`]; [`transfer_function`]
 //! and [`appearance`] say how it looks; [`optics`] defines the one integral that
-//! all renderers approximate; [`camera`] and [`view`] say from where; [`scene`]
-//! is all of it in a file; [`renderer`] is the trait, and [`frame`] what comes out.
+//! all renderers approximate; [`camera`] and [`view`] say from where; [`renderer`]
+//! is the trait, and [`frame`] what comes out.
 //!
 //! # The integral
 //! Along a ray x(t) = origin + t d with |d| = 1 and t ≥ 0, extinction σ(t) ≥ 0
@@ -18,15 +18,14 @@ pub use glam;
 pub mod appearance;
 pub mod camera;
 pub mod colormap;
-mod distribution;
 pub mod error;
 pub mod frame;
 pub mod grid;
 pub mod mesh;
 pub mod number;
 pub mod optics;
+pub mod pick;
 pub mod renderer;
-pub mod scene;
 pub mod text;
 pub mod transfer_function;
 pub mod view;
@@ -42,7 +41,6 @@ pub use frame::{Frame, FrameStats};
 pub use grid::Grid;
 pub use mesh::{Cells, Scalars, TetMesh};
 pub use renderer::VolumeRenderer;
-pub use scene::{Scene, SceneFile};
 pub use transfer_function::{Knot, TransferFunction};
 pub use view::View;
 pub use volume::{Bounds, Volume, is_value};

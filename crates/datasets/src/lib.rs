@@ -3,7 +3,7 @@
 //! They are those of the papers where the papers say enough to make them again,
 //! and what renderers find hard: a hole, slivers, irregular cells. [`all`] lists
 //! them, [`find`] looks one up by name; a [`Dataset`] makes its mesh with
-//! [`Dataset::mesh`] and a picture worth looking at with [`Dataset::scene`].
+//! [`Dataset::mesh`] and says with [`Dataset::look`] how a picture shows it well.
 //!
 //! ```
 //! use tetrascope_datasets::{Options, find};
@@ -33,8 +33,7 @@ mod checks;
 
 pub use angiography::{ANGIOGRAPHY_RANGE, angiography};
 
-use tetrascope_core::scene::{AppearanceSpec, CameraSpec, VolumeSource};
-use tetrascope_core::{CameraFit, Error, Knot, SceneFile, TetMesh};
+use tetrascope_core::{CameraFit, Error, Knot, TetMesh};
 
 /// A named mesh with a field.
 #[derive(Debug)]
@@ -72,10 +71,14 @@ const DEFAULT_SEED: u64 = 1;
 /// indices, of 32 bits, would last for more.
 const MOST_CELLS: u64 = 100_000_000;
 
-/// A picture of a data set: from which side, and its transfer function.
-struct Look {
-    fit: CameraFit,
-    knots: Vec<Knot>,
+/// How a picture shows a data set well, at its default size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// The side from which it is seen.
+    pub fit: CameraFit,
+    /// The transfer function: scalars in the field's units and extinction per world unit, so
+    /// neither depends on how many cells there are.
+    pub knots: Vec<Knot>,
 }
 
 const ALL: &[Dataset] = &[
@@ -119,26 +122,9 @@ impl Dataset {
         (self.make)(cells, options.seed.unwrap_or(DEFAULT_SEED))
     }
 
-    /// A scene that shows the data set well at its default size.
-    ///
-    /// The transfer function's knots are in the field's units and its extinction
-    /// per world unit, so neither depends on how many cells there are.
-    pub fn scene(&self) -> SceneFile {
-        let look = (self.look)();
-        SceneFile {
-            camera: CameraSpec {
-                fit: Some(look.fit),
-                ..CameraSpec::default()
-            },
-            appearance: AppearanceSpec {
-                transfer_function: Some(look.knots),
-                ..AppearanceSpec::default()
-            },
-            ..SceneFile::new(VolumeSource {
-                dataset: Some(self.name.into()),
-                ..VolumeSource::default()
-            })
-        }
+    /// How a picture shows the data set well.
+    pub fn look(&self) -> Look {
+        (self.look)()
     }
 }
 
@@ -154,7 +140,7 @@ fn knot(scalar: f64, color: [f64; 3], extinction: f64) -> Knot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tetrascope_core::Volume;
+    use tetrascope_core::TransferFunction;
 
     #[test]
     fn names_are_unique_and_an_unknown_one_lists_them() {
@@ -240,17 +226,12 @@ mod tests {
 
     // The knots lie over the data, and something of the field can be seen.
     #[test]
-    fn scenes_resolve_and_show_something() {
+    fn looks_are_valid_and_show_something() {
         for dataset in all() {
             let mesh = dataset.mesh(&Options::default()).expect("default size");
             let diagonal = mesh.bounds().diagonal();
             let (low, high) = mesh.scalar_range().expect("a field");
-            let scene = dataset
-                .scene()
-                .resolve(&Volume::Mesh(mesh))
-                .expect("a valid scene");
-            assert_eq!(scene.source.dataset.as_deref(), Some(dataset.name));
-            let function = scene.appearance.transfer_function;
+            let function = TransferFunction::new(dataset.look().knots).expect("valid knots");
             let (first, last) = function.range();
             let slack = 0.25 * (high - low).max(1e-12);
             assert!(

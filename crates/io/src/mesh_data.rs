@@ -100,7 +100,7 @@ impl MeshData {
             return Err(Error::Invalid {
                 what: "the mesh has no scalar field to draw".into(),
                 help: Some(
-                    "give the file that holds the fields with --solution FILE, or choose a mesh with point or cell data"
+                    "give the file that holds the fields with `solution`, or choose a mesh with point or cell data"
                         .into(),
                 ),
             });

@@ -103,7 +103,7 @@ fn read_grid(source: &Source) -> Result<(MeshData, Vec<Dimensions>), Error> {
         return Err(source.error_with_help(
             "byte 0",
             "this is a Plot3D solution, and its grid was not found by name",
-            "give the grid's file first and this one with --solution FILE",
+            "give the grid's file first and this one with `solution`",
         ));
     }
     let dimensions: Vec<Dimensions> = layout.blocks.iter().map(|b| b.dimensions).collect();
@@ -186,7 +186,7 @@ fn read_solution(
                 describe_blocks(&dimensions),
                 describe_blocks(grid_dimensions)
             ),
-            "give the solution that belongs to this grid with --solution FILE",
+            "give the solution that belongs to this grid with `solution`",
         ));
     }
     let conditions: Vec<f64> = layout

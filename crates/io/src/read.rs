@@ -44,7 +44,7 @@ pub enum FileData {
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with --dims and --type";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
 const NOT_READ: [(&[&str], &str); 9] = [
@@ -58,7 +58,7 @@ const NOT_READ: [(&[&str], &str); 9] = [
     ),
     (
         &["raw", "dat", "img"],
-        "a file of samples alone; say what is in it, as in --dims 256x256x128 --type u8",
+        "a file of samples alone; say what is in it with `dims` and `type`",
     ),
     (
         &["dcm", "dicom", "tif", "tiff", "hdr"],
@@ -122,7 +122,7 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
                 solution.display(),
                 path.display()
             ),
-            help: Some("a solution file goes with a Plot3D grid; leave out --solution".into()),
+            help: Some("a solution file goes with a Plot3D grid; leave out `solution`".into()),
         });
     }
     if matches!(format, Format::VtkXml | Format::VtkLegacy)

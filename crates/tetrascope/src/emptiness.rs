@@ -195,8 +195,8 @@ fn hits(ray: &Ray, bounds: &Bounds) -> bool {
 #[cfg(test)]
 mod tests {
     use tetrascope_core::mesh::Association;
-    use tetrascope_core::scene::{AppearanceSpec, VolumeSource};
-    use tetrascope_core::{FrameStats, Knot, Scalars, SceneFile, TetMesh};
+    use tetrascope_core::{FrameStats, Knot, Scalars, TetMesh};
+    use tetrascope_scene::{AppearanceSpec, SceneFile, VolumeSource};
 
     use super::*;
 

@@ -7,8 +7,8 @@
 //! line, `tetrascope`.
 //!
 //! ```
-//! use tetrascope::core::{SceneFile, VolumeRenderer as _};
-//! use tetrascope::core::scene::VolumeSource;
+//! use tetrascope::core::VolumeRenderer as _;
+//! use tetrascope::scene::{SceneFile, VolumeSource};
 //! use tetrascope::{Context, Settings, algorithm, io, volumes};
 //!
 //! let mut file = SceneFile::new(VolumeSource {
@@ -44,17 +44,20 @@ pub use tetrascope_projection as projection;
 pub use tetrascope_raycast_peel as raycast_peel;
 #[cfg(feature = "reference")]
 pub use tetrascope_reference as reference;
+pub use tetrascope_scene as scene;
 #[cfg(feature = "slicing")]
 pub use tetrascope_slicing as slicing;
 
 pub mod algorithms;
 mod context;
 pub mod emptiness;
+mod help;
 mod renderer;
 mod settings;
 pub mod volumes;
 
 pub use algorithms::{Algorithm, Promise, algorithm, algorithms};
 pub use context::{Context, Progress};
+pub use help::help;
 pub use renderer::Renderer;
 pub use settings::{Setting, Settings, Values};

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use tetrascope_core::grid::Interpolation;
 use tetrascope_core::mesh::{Association, type_name, volume_corners};
-use tetrascope_core::scene::VolumeSource;
 use tetrascope_core::{Bounds, Error, Scalars, TetMesh, Volume, number};
-use tetrascope_datasets::Options;
+use tetrascope_datasets::{Dataset, Options};
 use tetrascope_io::{FileData, GridData, MeshData, ReadOptions, read_file};
+use tetrascope_scene::{AppearanceSpec, CameraSpec, SceneFile, VolumeSource};
 
 /// A volume and what was found out while loading it.
 #[derive(Clone, Debug)]
@@ -307,6 +307,25 @@ fn from_grid(mut data: GridData, source: &VolumeSource) -> Result<Loaded, Error>
 /// How many values are not finite.
 fn missing(values: &[f64]) -> u64 {
     values.iter().filter(|value| !value.is_finite()).count() as u64
+}
+
+/// A scene that shows a data set well at its default size.
+pub fn scene(dataset: &Dataset) -> SceneFile {
+    let look = dataset.look();
+    SceneFile {
+        camera: CameraSpec {
+            fit: Some(look.fit),
+            ..CameraSpec::default()
+        },
+        appearance: AppearanceSpec {
+            transfer_function: Some(look.knots),
+            ..AppearanceSpec::default()
+        },
+        ..SceneFile::new(VolumeSource {
+            dataset: Some(dataset.name.into()),
+            ..VolumeSource::default()
+        })
+    }
 }
 
 fn from_dataset(name: &str, source: &VolumeSource) -> Result<Loaded, Error> {

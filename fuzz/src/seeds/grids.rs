@@ -2,7 +2,8 @@
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
-use tetrascope::core::scene::{ByteOrder, RawNumber, VolumeSource};
+use tetrascope::core::grid::{ByteOrder, RawNumber};
+use tetrascope::scene::VolumeSource;
 
 use super::meshes::arrays;
 use super::{Entry, Seed, bytes_of};

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use tetrascope::Algorithm;
-use tetrascope::core::scene::VolumeSource;
-use tetrascope::core::{Error, Knot, OpticalModel, Scene, SceneFile, TransferFunction, Volume};
+use tetrascope::core::{Error, Knot, OpticalModel, TransferFunction, Volume};
+use tetrascope::scene::{Scene, SceneFile, VolumeSource};
+use tetrascope::volumes;
 
 use super::Options;
 
@@ -166,7 +167,7 @@ fn find(name: &str, field: Option<&str>) -> Result<PlannedScene, Error> {
     let dataset = tetrascope::datasets::find(name)?;
     Ok(PlannedScene {
         name: name.into(),
-        file: dataset.scene(),
+        file: volumes::scene(dataset),
         models: OpticalModel::ALL.to_vec(),
         orthographic: false,
     })

@@ -21,7 +21,7 @@ impl Interpolation {
     /// Both, by name.
     pub const ALL: [Interpolation; 2] = [Interpolation::Linear, Interpolation::Nearest];
 
-    /// The name in scene files and on the command line.
+    /// The name that people write.
     pub fn name(self) -> &'static str {
         match self {
             Interpolation::Linear => "linear",

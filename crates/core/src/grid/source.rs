@@ -4,6 +4,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::grid::{Interpolation, Lattice, SampleType, Samples};
+use crate::pick::pick_samples;
 use crate::{Error, Grid};
 
 /// A box of samples: `size` of them from `low` on, along each axis.
@@ -138,7 +139,7 @@ impl GridStream {
                     (a, b) => a.or(b),
                 };
                 let start = nx * (y + ny * z);
-                crate::distribution::pick_samples(&samples, start, total, &mut picked);
+                pick_samples(&samples, start, total, &mut picked);
             }
         }
         Ok(GridStream {
@@ -177,8 +178,8 @@ impl GridStream {
         self.missing
     }
 
-    /// About a million samples, evenly spread; all of a smaller grid.
-    pub(crate) fn picked(&self) -> &[f64] {
+    /// The samples of [`pick_samples`]: at most [`MOST_PICKED`](crate::pick::MOST_PICKED), evenly spread.
+    pub fn picked(&self) -> &[f64] {
         &self.picked
     }
 }

@@ -6,15 +6,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use tetrascope_core::Error;
-use tetrascope_core::grid::{BrickSource, Lattice, Region, SampleType, Samples};
-use tetrascope_core::scene::RawNumber;
+use tetrascope_core::grid::{BrickSource, Lattice, RawNumber, Region, SampleType, Samples};
 
 use super::number::Number;
 use super::payload::{Encoding, Payload};
 use super::{Description, no_volume};
 use crate::source::{Endian, open_file};
 
-pub use tetrascope_core::scene::{ByteOrder, RawLayout};
+pub use tetrascope_core::grid::{ByteOrder, RawLayout};
 
 impl From<Endian> for ByteOrder {
     fn from(endian: Endian) -> ByteOrder {

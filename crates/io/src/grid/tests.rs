@@ -9,8 +9,8 @@ use flate2::Compression;
 use flate2::write::{GzEncoder, ZlibEncoder};
 use proptest::prelude::*;
 use tetrascope_core::glam::{DMat3, DVec3};
+use tetrascope_core::grid::RawNumber;
 use tetrascope_core::grid::{BrickSource, Interpolation, Region, SampleType};
-use tetrascope_core::scene::RawNumber;
 
 use super::*;
 use crate::{FileData, ReadOptions, read_file};
@@ -549,7 +549,7 @@ fn mistakes_are_one_line_that_says_where() {
     assert!(of(&[("a.nhdr", wild)]).contains("files from 1"));
     assert!(of(&[("a.nii", &nifti(|h| h[70] = 99))]).contains("type 99"));
     assert!(of(&[("a.nii", &nifti(|_| {}))]).contains("48 bytes"));
-    assert!(of(&[("a.raw", &bytes)]).contains("--dims"));
+    assert!(of(&[("a.raw", &bytes)]).contains("`dims`"));
     let unreadable = Path::new("/no/such.mha");
     assert!(matches!(
         read_with(unreadable, &ReadOptions::default()),

@@ -31,9 +31,8 @@ pub(crate) fn mesh(name: &str, cells: u64) -> Volume {
 /// A data set with its own transfer function.
 pub(crate) fn scene(name: &str, cells: u64) -> (Volume, TransferFunction) {
     let volume = mesh(name, cells);
-    let scene = find(name).expect("a data set").scene();
-    let scene = scene.resolve(&volume).expect("a scene");
-    (volume, scene.appearance.transfer_function)
+    let knots = find(name).expect("a data set").look().knots;
+    (volume, TransferFunction::new(knots).expect("valid knots"))
 }
 
 /// From a crooked side, so that no pixel's center is on an edge.

@@ -28,8 +28,10 @@ pub(crate) fn mesh(name: &str, cells: Option<u64>) -> TetMesh {
 /// A data set of about `cells` cells with its own transfer function.
 pub(crate) fn scene(name: &str, cells: u64) -> (Volume, Appearance) {
     let volume = Volume::Mesh(mesh(name, Some(cells)));
-    let scene = find(name).expect("a data set").scene().resolve(&volume);
-    (volume, scene.expect("a scene").appearance)
+    let knots = find(name).expect("a data set").look().knots;
+    let function = TransferFunction::new(knots).expect("valid knots");
+    let appearance = Appearance::new(function, OpticalModel::EmissionAbsorption);
+    (volume, appearance)
 }
 
 /// A square view over a background that is seen through.

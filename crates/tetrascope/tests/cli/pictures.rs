@@ -1,6 +1,6 @@
 //! What `render` writes.
 
-use tetrascope::core::SceneFile;
+use tetrascope::scene::SceneFile;
 
 use super::program::Folder;
 

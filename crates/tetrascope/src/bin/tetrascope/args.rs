@@ -6,10 +6,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use tetrascope::core::colormap::{Colormap, srgb_to_linear};
 use tetrascope::core::glam::DVec3;
-use tetrascope::core::grid::Interpolation;
-use tetrascope::core::scene::{ByteOrder, RawNumber};
+use tetrascope::core::grid::{ByteOrder, Interpolation, RawNumber};
 use tetrascope::core::view::{check_background, check_size};
 use tetrascope::core::{CameraFit, ClipPlane, DepthCue, Error, OpticalModel};
+use tetrascope::help;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -273,7 +273,7 @@ fn strength(text: &str) -> Result<f64, String> {
 
 /// An error and its help, on the line on which clap quotes the value.
 fn in_words(error: Error) -> String {
-    match error.help() {
+    match help(&error) {
         Some(help) => format!("{error}; {help}"),
         None => error.to_string(),
     }

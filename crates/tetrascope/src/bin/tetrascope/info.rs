@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 use tetrascope::core::mesh::{BoundaryStatistics, MeshReport, type_name};
-use tetrascope::core::scene::{default_side, default_unit_distance};
 use tetrascope::core::{Bounds, Error, OpticalModel, TetMesh, Volume, number};
+use tetrascope::scene::{default_side, default_unit_distance};
 use tetrascope::volumes::{self, BareMesh, Contents, FieldSummary, Loaded};
 
 use crate::args::InfoArgs;

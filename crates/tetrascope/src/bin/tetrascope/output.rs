@@ -13,9 +13,9 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
-use tetrascope::Progress;
 use tetrascope::core::Error;
 use tetrascope::core::text::{clip, is_unprintable, printable};
+use tetrascope::{Progress, help};
 
 use crate::args::Global;
 
@@ -132,7 +132,7 @@ impl Output {
     /// The error that ends the command, and its exit code.
     pub(crate) fn error(&self, error: &Error, code: u8) {
         if self.json {
-            self.stderr(json_line(code, &error.to_string(), error.help()));
+            self.stderr(json_line(code, &error.to_string(), help(error)));
             return;
         }
         self.stderr(format_args!("{} {error}", self.paint("31", "error:")));
@@ -140,7 +140,7 @@ impl Output {
     }
 
     fn help(&self, error: &Error) {
-        if let Some(help) = error.help() {
+        if let Some(help) = help(error) {
             self.stderr(format_args!("  help: {help}"));
         }
     }

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
-use tetrascope::core::{Error, Frame, Scene};
+use tetrascope::core::{Error, Frame};
+use tetrascope::scene::Scene;
 use tetrascope::volumes::Loaded;
 use tetrascope::{Algorithm, Settings};
 

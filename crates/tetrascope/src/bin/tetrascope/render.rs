@@ -87,7 +87,7 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     report["output"] = json!(path.to_string_lossy());
     let warnings = warning
         .iter()
-        .map(|w| json!({"message": w.to_string(), "help": w.help()}));
+        .map(|w| json!({"message": w.to_string(), "help": tetrascope::help(w)}));
     report["warnings"] = warnings.collect();
     output.json_result(&report)
 }

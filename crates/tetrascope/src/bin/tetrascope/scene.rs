@@ -4,10 +4,11 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use tetrascope::core::appearance::MAX_CLIP_PLANES;
-use tetrascope::core::error::nearest;
-use tetrascope::core::scene::{CameraSpec, IsosurfaceSpec, ProjectionKind, VolumeSource};
-use tetrascope::core::{Error, OpticalModel, Scene, SceneFile, Volume};
+use tetrascope::core::{Error, OpticalModel, Volume};
 use tetrascope::datasets;
+use tetrascope::scene::{
+    CameraSpec, IsosurfaceSpec, ProjectionKind, Scene, SceneFile, VolumeSource, nearest,
+};
 use tetrascope::volumes::{self, Loaded};
 
 use crate::args::{SceneArgs, VolumeArgs};
@@ -49,7 +50,7 @@ impl Request {
         let given = source(args.volume.as_deref(), &args.options)?;
         if given.file.is_some() || given.dataset.is_some() {
             match (&given.dataset, &args.scene) {
-                (Some(name), None) => request.file = datasets::find(name)?.scene(),
+                (Some(name), None) => request.file = volumes::scene(datasets::find(name)?),
                 _ => {
                     // Another volume in the scene's look; a field of that name is still meant.
                     let field = request.file.volume.field.take();
@@ -175,7 +176,7 @@ impl Request {
             return error;
         };
         let file = path.display().to_string();
-        let help = error.help();
+        let help = tetrascope::help(&error);
         match error {
             Error::Invalid { what, help } => Error::Scene {
                 at: file,

@@ -1,11 +1,10 @@
 //! The defaults of a first picture: a side to look from, a range, an opacity.
 
-use glam::DVec3;
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::transfer_function::{MAX_OPACITY, OpacityRamp};
+use tetrascope_core::{CameraFit, Error, OpticalModel, Volume, number};
 
-use crate::camera::CameraFit;
 use crate::distribution::Distribution;
-use crate::transfer_function::{MAX_OPACITY, OpacityRamp};
-use crate::{Error, OpticalModel, Volume, number};
 
 /// A picture in which the volume's box covers less of the square around it than this is a
 /// thin line: a box 60 times as long as wide, seen from (1, 1, 1).
@@ -133,18 +132,18 @@ pub fn default_unit_distance(
 const LEAST_DEPTH: f64 = 0.05;
 
 /// The range and opacity that the field's values suggest.
-pub(super) struct Suggestion {
+pub(crate) struct Suggestion {
     /// The range of a color map and how opacity rises in it.
-    pub(super) ramp: OpacityRamp,
+    pub(crate) ramp: OpacityRamp,
     /// The choices in words, one line each.
-    pub(super) lines: Vec<String>,
+    pub(crate) lines: Vec<String>,
     /// The unit distance with which a ray has [`LEAST_DEPTH`] in the mean; no default is
     /// longer.
-    pub(super) longest_unit: f64,
+    pub(crate) longest_unit: f64,
 }
 
 /// The range and opacity chosen by the field's values, for a camera that looks along `forward`.
-pub(super) fn default_ramp(volume: &Volume, forward: DVec3) -> Result<Suggestion, Error> {
+pub(crate) fn default_ramp(volume: &Volume, forward: DVec3) -> Result<Suggestion, Error> {
     let full = full_range(volume)?;
     let (unit, _) = default_unit_distance(volume, OpticalModel::EmissionAbsorption, forward);
     let mean_chord = chords(volume, forward).map_or(unit, |chords| chords.mean);
@@ -193,7 +192,7 @@ pub(super) fn default_ramp(volume: &Volume, forward: DVec3) -> Result<Suggestion
 
 /// The middle of the range; where most of the volume is background, of what lies to the
 /// farther side of it.
-pub(super) fn default_isovalue(ramp: &OpacityRamp) -> f64 {
+pub(crate) fn default_isovalue(ramp: &OpacityRamp) -> f64 {
     let (low, high) = ramp.range;
     match ramp.background {
         Some((from, to)) if high * 0.5 - to * 0.5 >= from * 0.5 - low * 0.5 => {
@@ -211,19 +210,19 @@ fn full_range(volume: &Volume) -> Result<(f64, f64), Error> {
 fn no_finite_value() -> Error {
     Error::Invalid {
         what: "the field has no finite value in any cell".into(),
-        help: Some("choose another field with --field; `tetrascope info` lists them".into()),
+        help: Some("choose another field".into()),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DMat3;
+    use tetrascope_core::glam::DMat3;
+    use tetrascope_core::grid::Samples;
+    use tetrascope_core::mesh::Association;
+    use tetrascope_core::{Camera, Grid, Projection, Scalars, TetMesh};
 
     use super::*;
-    use crate::grid::Samples;
-    use crate::mesh::Association;
-    use crate::scene::VolumeSource;
-    use crate::{Camera, Grid, Projection, Scalars, Scene, SceneFile, TetMesh};
+    use crate::{Scene, SceneFile, VolumeSource};
 
     /// Samples 0, 1, 2 … in a box, the axes of which are the columns of `turn`.
     fn grid(dims: [usize; 3], spacing: DVec3, turn: DMat3) -> Volume {

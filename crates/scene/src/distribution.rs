@@ -5,15 +5,10 @@
 //! the air around an object has a value in the middle. [`Distribution::choose`] finds these
 //! three and leaves all other fields alone.
 
-use std::ops::Range;
-
-use crate::grid::{GridStream, Samples};
-use crate::mesh::Association;
-use crate::{Grid, TetMesh, Volume};
-
-/// The most values that are looked at: of more, evenly spread ones. The least and the
-/// greatest are always among them.
-const MOST_VALUES: usize = 1 << 20;
+use tetrascope_core::grid::GridStream;
+use tetrascope_core::mesh::Association;
+use tetrascope_core::pick::{MOST_PICKED, pick_samples, picks};
+use tetrascope_core::{Grid, TetMesh, Volume, number};
 
 /// Fewer values say nothing about how they are spread.
 const FEWEST_VALUES: f64 = 32.0;
@@ -85,26 +80,6 @@ pub(crate) struct Choice {
     pub(crate) background: Option<((f64, f64), f64)>,
 }
 
-/// About evenly spread numbers of a range: one of each `step`, at a place in it that
-/// looks random, as every n-th sample of a grid could be one column of it.
-fn picks(range: Range<usize>, step: usize) -> impl Iterator<Item = usize> {
-    let steps = range.start / step..range.end.div_ceil(step);
-    let place = move |k: usize| {
-        // The golden ratio as a fraction of 2⁶⁴, whose multiples are spread evenly.
-        let mixed = (k as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32;
-        k * step + mixed as usize % step
-    };
-    steps.map(place).filter(move |i| range.contains(i))
-}
-
-/// Appends the samples that stand for a grid of `total`, of which `samples` are those from
-/// `start` on.
-pub(crate) fn pick_samples(samples: &Samples, start: usize, total: usize, picked: &mut Vec<f64>) {
-    let step = total.div_ceil(MOST_VALUES).max(1);
-    let range = start..start + samples.len();
-    picked.extend(picks(range, step).map(|i| samples.get(i - start)));
-}
-
 impl Distribution {
     /// That of the finite values of `volume`; empty without any.
     pub(crate) fn of(volume: &Volume) -> Distribution {
@@ -112,6 +87,8 @@ impl Distribution {
             Volume::Mesh(mesh) => Distribution::of_mesh(mesh),
             Volume::Grid(grid) => Distribution::of_grid(grid),
             Volume::Stream(stream) => Distribution::of_stream(stream),
+            // Nothing is known of another kind but its range.
+            _ => Distribution::new(Vec::new(), false),
         };
         if let Some((low, high)) = volume.scalar_range() {
             distribution.reach(low);
@@ -122,7 +99,7 @@ impl Distribution {
 
     fn of_grid(grid: &Grid) -> Distribution {
         let total = grid.samples().len();
-        let mut picked = Vec::with_capacity(total.min(MOST_VALUES + 1));
+        let mut picked = Vec::with_capacity(total.min(MOST_PICKED + 1));
         pick_samples(grid.samples(), 0, total, &mut picked);
         Distribution::of_samples(&picked, total)
     }
@@ -153,13 +130,12 @@ impl Distribution {
         let (count, shares) = match mesh.scalars().association {
             Association::Cell => {
                 let count = mesh.cell_count();
-                let step = count.div_ceil(MOST_VALUES).max(1);
                 let share = |cell| Share {
                     value: mesh.cell_scalars(cell)[0],
                     count: 1.0,
                     volume: volume(cell),
                 };
-                (count, picks(0..count, step).map(share).collect())
+                (count, picks(0..count, count).map(share).collect())
             }
             Association::Point => {
                 let mut filled: Vec<Option<f64>> = vec![None; mesh.points().len()];
@@ -170,7 +146,6 @@ impl Distribution {
                     }
                 }
                 let count = filled.len();
-                let step = count.div_ceil(MOST_VALUES).max(1);
                 let share = |point: usize| {
                     Some(Share {
                         value: mesh.scalars().values[point],
@@ -178,10 +153,10 @@ impl Distribution {
                         volume: filled[point]?,
                     })
                 };
-                (count, picks(0..count, step).filter_map(share).collect())
+                (count, picks(0..count, count).filter_map(share).collect())
             }
         };
-        Distribution::new(shares, count <= MOST_VALUES)
+        Distribution::new(shares, count <= MOST_PICKED)
     }
 
     fn new(mut shares: Vec<Share>, complete: bool) -> Distribution {
@@ -284,7 +259,7 @@ impl Distribution {
             if self.complete {
                 format!("{} of {all} values", all - inside)
             } else {
-                let percent = crate::number::rounded(100.0 * (all - inside) / all);
+                let percent = number::rounded(100.0 * (all - inside) / all);
                 format!("about {percent} % of all values")
             }
         })
@@ -390,10 +365,11 @@ fn shortest_half(shares: &[Share]) -> Option<(f64, f64)> {
 mod tests {
     use std::sync::Arc;
 
-    use glam::{DMat3, DVec3};
+    use tetrascope_core::glam::{DMat3, DVec3};
+    use tetrascope_core::grid::Samples;
 
     use super::*;
-    use crate::Scalars;
+    use tetrascope_core::Scalars;
 
     fn distribution(values: impl IntoIterator<Item = f64>) -> Distribution {
         let picked: Vec<f64> = values.into_iter().collect();
@@ -524,7 +500,7 @@ mod tests {
         samples[n / 2] = 1e9;
         let mut picked = Vec::new();
         pick_samples(&Samples::F32(samples.clone()), 0, n, &mut picked);
-        assert!(picked.len() <= MOST_VALUES && picked.len() > MOST_VALUES / 2);
+        assert!(picked.len() <= MOST_PICKED && picked.len() > MOST_PICKED / 2);
         // Part by part the same are picked.
         let mut parts = Vec::new();
         for start in (0..n).step_by(n / 7) {

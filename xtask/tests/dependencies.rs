@@ -1,0 +1,145 @@
+//! Who may depend on whom, as ARCHITECTURE.md says.
+
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Packages by their names without `tetrascope-`: what each may be built with, and what its
+/// tests and benchmarks may use beside that. A rule for a package that does not exist yet
+/// harms nobody.
+const RULES: [(&str, &[&str], &[&str]); 15] = [
+    ("core", &[], &[]),
+    ("shaders", &[], &[]),
+    ("f32", &["core"], &[]),
+    ("io", &["core"], &[]),
+    ("datasets", &["core"], &[]),
+    ("reference", &["core"], &[]),
+    ("scene", &["core"], &[]),
+    ("gpu", &["core", "f32", "shaders"], &[]),
+    ("projection", DRAWING, JUDGING),
+    ("slicing", DRAWING, JUDGING),
+    ("raycast-peel", DRAWING, JUDGING),
+    ("tetrascope", LIBRARIES, &[]),
+    ("xtask", &["tetrascope"], &[]),
+    ("benches", &["tetrascope"], &[]),
+    ("fuzz", &["tetrascope"], &[]),
+];
+
+/// An algorithm draws with these and knows no other algorithm.
+const DRAWING: &[&str] = &["core", "f32", "gpu", "shaders"];
+
+/// Its tests compare it with the truth.
+const JUDGING: &[&str] = &["datasets", "io", "reference"];
+
+/// The facade knows everything that reads, makes and draws volumes.
+const LIBRARIES: &[&str] = &[
+    "core",
+    "datasets",
+    "f32",
+    "gpu",
+    "io",
+    "projection",
+    "raycast-peel",
+    "reference",
+    "scene",
+    "slicing",
+];
+
+/// Libraries that neither read nor write text, nor correct misspellings.
+const WITHOUT_TEXT: [&str; 7] = [
+    "core",
+    "datasets",
+    "gpu",
+    "projection",
+    "raycast-peel",
+    "reference",
+    "slicing",
+];
+
+/// The packages that do.
+const TEXT: [&str; 3] = ["serde_json", "strsim", "toml"];
+
+#[test]
+fn packages_depend_only_on_those_below_them() {
+    let mut wrong = Vec::new();
+    for (package, kind, dependency) in dependencies() {
+        let Some((_, built_with, tested_with)) = RULES.iter().find(|rule| rule.0 == package) else {
+            wrong.push(format!("{package} has no rule here"));
+            continue;
+        };
+        let allowed = built_with.contains(&dependency.as_str())
+            || (kind == "dev" && tested_with.contains(&dependency.as_str()));
+        if !allowed {
+            wrong.push(format!("{package} may not use {dependency} ({kind})"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn what_draws_compiles_neither_toml_nor_json() {
+    for package in WITHOUT_TEXT {
+        let compiled = compiled(package);
+        let found: Vec<_> = TEXT.iter().filter(|name| has(&compiled, name)).collect();
+        assert!(found.is_empty(), "{package} compiles {found:?}");
+    }
+    // Where they are, they are found.
+    let scene = compiled("scene");
+    assert!(TEXT.iter().all(|name| has(&scene, name)), "{scene:?}");
+}
+
+fn has(packages: &[String], name: &str) -> bool {
+    packages.iter().any(|package| package == name)
+}
+
+/// Package, kind ("normal", "dev" or "build") and dependency, for all dependencies among the
+/// packages of this workspace.
+fn dependencies() -> Vec<(String, String, String)> {
+    let metadata = cargo(&["metadata", "--no-deps", "--format-version", "1"]);
+    let metadata: Value = serde_json::from_str(&metadata).expect("cargo writes JSON");
+    let list = |value: &Value| value.as_array().expect("a list").clone();
+    let short = |value: &Value| {
+        let name = value["name"].as_str().expect("a name");
+        name.strip_prefix("tetrascope-").unwrap_or(name).to_owned()
+    };
+    let mut all = Vec::new();
+    for package in list(&metadata["packages"]) {
+        for dependency in list(&package["dependencies"]) {
+            if dependency["path"].is_string() {
+                let kind = dependency["kind"].as_str().unwrap_or("normal");
+                all.push((short(&package), kind.to_owned(), short(&dependency)));
+            }
+        }
+    }
+    assert!(all.iter().any(|d| d.0 == "tetrascope" && d.2 == "core"));
+    all
+}
+
+/// Every package that is compiled for `package` on this machine, tests apart.
+fn compiled(package: &str) -> Vec<String> {
+    let package = format!("tetrascope-{package}");
+    let tree = cargo(&[
+        "tree",
+        "--package",
+        &package,
+        "--edges",
+        "normal",
+        "--prefix",
+        "none",
+    ]);
+    let names = tree.lines().filter_map(|line| line.split(' ').next());
+    names.map(String::from).collect()
+}
+
+fn cargo(arguments: &[&str]) -> String {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(cargo)
+        .args(arguments)
+        .arg("--offline")
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {error}");
+    String::from_utf8(output.stdout).expect("text")
+}
