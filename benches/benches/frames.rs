@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tetrascope::core::OpticalModel;
+use tetrascope::core::{OpticalModel, VolumeRenderer as _};
 use tetrascope::{Context, Settings};
 use tetrascope_benches::cases;
 

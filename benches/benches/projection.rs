@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use tetrascope::core::{OpticalModel, Projection, View, Volume, VolumeRenderer};
 use tetrascope::scene::{Scene, SceneFile, VolumeSource};
-use tetrascope::{Algorithm, Context, Settings, volumes};
+use tetrascope::{Algorithm, Context, Renderer, Settings, volumes};
 
 /// Pixels a side of the tables' frames; the paper does not give its own.
 const SIDE: u32 = 256;
@@ -23,12 +23,7 @@ fn algorithm() -> &'static Algorithm {
     all.find(|a| a.name == "projection").expect("registered")
 }
 
-fn renderer(
-    context: &Context,
-    volume: &Volume,
-    scene: &Scene,
-    settings: &[&str],
-) -> Box<dyn VolumeRenderer> {
+fn renderer(context: &Context, volume: &Volume, scene: &Scene, settings: &[&str]) -> Renderer {
     let algorithm = algorithm();
     let settings = Settings::parse(algorithm, settings.iter().copied()).expect("valid settings");
     let built = (algorithm.build)(context, volume, &scene.appearance, &settings);
@@ -100,7 +95,7 @@ fn tables(criterion: &mut Criterion) {
             group.bench_function(layout, |b| {
                 b.iter(|| black_box(renderer.render(&view).expect("drawn before")));
             });
-            let (seconds, bytes) = (fastest(&*renderer, &view, 3), bytes(&*renderer, &view));
+            let (seconds, bytes) = (fastest(&renderer, &view, 3), bytes(&renderer, &view));
             let rate = cells as f64 / seconds;
             println!(
                 "{name}, {layout}: {cells} cells, {bytes:.0} bytes each, {:.2} frames/s, \
@@ -147,7 +142,7 @@ fn linearity(_: &mut Criterion) {
                 height: side,
                 ..scene.view
             };
-            let seconds = fastest(&*renderer, &view, 5);
+            let seconds = fastest(&renderer, &view, 5);
             let cells = volume.cell_count() as f64;
             println!("{side}x{side}, {cells} cells: {:.1} ms", 1e3 * seconds);
             logarithms.push((cells.ln(), seconds.ln()));

@@ -29,6 +29,7 @@ macro_rules! slice_program {
             $($part,)+
             "slicing/corners.wgsl",
             "common/look.wgsl",
+            "common/ends.wgsl",
             "slicing/slab.wgsl",
             "common/optics_model.wgsl",
             "common/transfer_function.wgsl",
@@ -56,6 +57,7 @@ macro_rules! cell_program {
             "common/optics.wgsl",
             "common/cue.wgsl",
             "common/look.wgsl",
+            "common/ends.wgsl",
             "preintegration/axes.wgsl",
             "preintegration/lookup.wgsl",
             "projection/transfer.wgsl",
@@ -75,6 +77,7 @@ macro_rules! face_program {
             "projection/mesh.wgsl",
             "projection/faces.wgsl",
             $part,
+            "common/ends.wgsl",
             "common/optics_model.wgsl",
             "common/transfer_function.wgsl",
             "common/optics.wgsl",
@@ -113,10 +116,14 @@ pub mod sort {
     pub const SCATTER: &str = program!("sort/digits.wgsl", "sort/scatter.wgsl");
 }
 
-/// What a volume's parts added up to, `gather` of `tetrascope-gpu`.
+/// What a volume's parts added up to, `canvas` of `tetrascope-gpu`.
 pub mod gather {
     /// Puts the sum over the background.
     pub const RESOLVE: &str = program!("common/optics_model.wgsl", "gather/resolve.wgsl");
+    /// Where rays meet what an application has drawn.
+    pub const ENDS: &str = program!("gather/scene.wgsl", "gather/ends.wgsl");
+    /// Puts isosurfaces among what an application has drawn.
+    pub const AMONG: &str = program!("gather/scene.wgsl", "gather/among.wgsl");
 }
 
 /// The parts in `common`, as programs for their tests.
@@ -190,8 +197,6 @@ pub mod projection {
     pub const FACES_FLOATS: &str = face_program!("projection/faces_floats.wgsl");
     /// Pass 3 by ray parameters at vertices: twelve vertices a cell, in 16 bits.
     pub const FACES_SHORTS: &str = face_program!("projection/faces_shorts.wgsl");
-    /// Pass 4 for isosurfaces: put them among other geometry.
-    pub const AMONG: &str = program!("projection/frame.wgsl", "projection/among.wgsl");
     /// Pass 3, sorted in each pixel: draw the cells and list what each adds.
     pub const FILL: &str = cell_program!("projection/fragments.wgsl", "projection/fill.wgsl");
     /// Pass 4, sorted in each pixel: sort the lists and add them up.
@@ -228,6 +233,7 @@ pub mod raycast_peel {
         "common/optics.wgsl",
         "common/cue.wgsl",
         "common/look.wgsl",
+        "common/ends.wgsl",
         "common/surfaces.wgsl",
         "preintegration/axes.wgsl",
         "preintegration/lookup.wgsl",
@@ -264,6 +270,7 @@ pub mod raycast_peel {
         "common/optics.wgsl",
         "common/cue.wgsl",
         "common/look.wgsl",
+        "common/ends.wgsl",
         "common/surfaces.wgsl",
         "preintegration/axes.wgsl",
         "preintegration/lookup.wgsl",
@@ -312,12 +319,6 @@ pub mod ping_pong {
     pub const RETIRE: &str = program!("ping_pong/rays.wgsl", "ping_pong/retire.wgsl");
     /// How many rays a layer lost.
     pub const TALLY: &str = program!("ping_pong/rays.wgsl", "ping_pong/tally.wgsl");
-    /// Phase 4: over the background.
-    pub const DISPLAY: &str = program!(
-        "ping_pong/rays.wgsl",
-        "common/optics_model.wgsl",
-        "ping_pong/display.wgsl",
-    );
 }
 
 /// Every program with its name.
@@ -339,9 +340,10 @@ pub const PROGRAMS: [(&str, &str); 36] = [
     ("projection::FACES_FLOATS", projection::FACES_FLOATS),
     ("projection::FACES_SHORTS", projection::FACES_SHORTS),
     ("projection::SURFACE", projection::SURFACE),
-    ("projection::AMONG", projection::AMONG),
     ("projection::COMPOSITE", projection::COMPOSITE),
     ("gather::RESOLVE", gather::RESOLVE),
+    ("gather::ENDS", gather::ENDS),
+    ("gather::AMONG", gather::AMONG),
     ("slicing::CULL", slicing::CULL),
     ("slicing::SLICE_FLOAT", slicing::SLICE_FLOAT),
     ("slicing::SLICE_UNSIGNED", slicing::SLICE_UNSIGNED),
@@ -357,7 +359,6 @@ pub const PROGRAMS: [(&str, &str); 36] = [
     ("ping_pong::STEP_SIDES", ping_pong::STEP_SIDES),
     ("ping_pong::RETIRE", ping_pong::RETIRE),
     ("ping_pong::TALLY", ping_pong::TALLY),
-    ("ping_pong::DISPLAY", ping_pong::DISPLAY),
 ];
 
 #[cfg(test)]

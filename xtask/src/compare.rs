@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tetrascope::core::{Error, Frame, OpticalModel, Volume, VolumeRenderer};
 use tetrascope::scene::Scene;
-use tetrascope::{Algorithm, Context, Settings};
+use tetrascope::{Algorithm, Context, Renderer, Settings};
 use tetrascope_testing::ImageError;
 
 use crate::limits::{ROUGH_ORDER, limit, rmse_with_outliers};
@@ -168,7 +168,7 @@ struct Contender {
     algorithm: &'static Algorithm,
     setting: &'static str,
     settings: Settings,
-    renderer: Result<Box<dyn VolumeRenderer>, Error>,
+    renderer: Result<Renderer, Error>,
     prepare: Duration,
     wall_ms: Vec<f64>,
     gpu_ms: Vec<f64>,

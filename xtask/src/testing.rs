@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use image::RgbaImage;
-use tetrascope::core::{Appearance, Camera, Error, Frame, OpticalModel, Projection, View, Volume};
-use tetrascope::scene::{Scene, SceneFile};
+use tetrascope::core::{Appearance, Error, Frame, View, Volume, VolumeRenderer as _};
 use tetrascope::{Algorithm, Context, Promise, Settings};
 use tetrascope_testing::{ImageError, say};
 
@@ -276,22 +275,6 @@ pub fn bless() -> Result<Vec<String>, Error> {
     }
     blessed.sort();
     Ok(blessed)
-}
-
-/// A scene of a data set as its reviewed pictures show it: from the data set's side, around the
-/// bounding sphere ([`Camera::fit`]), and not from the default, closer view.
-///
-/// From that view `graded` exceeds the bound of rounding: emission and absorption at 96x96 were
-/// off by RMSE 1.3e-5 and at most 2.0e-3 in `projection`, 6.1e-6 and 9.1e-4 in `raycast-peel`.
-/// The cause was not traced; its layers at the wall are about as thin as f32 positions resolve.
-pub fn scene(file: &SceneFile, model: OpticalModel, volume: &Volume) -> Scene {
-    let mut scene = crate::compare::resolve(file, model, volume).expect("a valid scene");
-    let view = &mut scene.view;
-    let from = file.camera.fit.expect("data sets name a side");
-    let orthographic = matches!(view.camera.projection, Projection::Orthographic { .. });
-    let aspect = f64::from(view.width) / f64::from(view.height);
-    view.camera = Camera::fit(&volume.bounds(), from, orthographic, aspect);
-    scene
 }
 
 #[cfg(test)]

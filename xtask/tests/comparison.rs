@@ -4,8 +4,9 @@ use tetrascope::Promise;
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::{Camera, OpticalModel, Projection, View, Volume};
 use tetrascope::scene::{Scene, SceneFile, VolumeSource};
+use xtask::compare::resolve;
 use xtask::limits::{ROUNDING, limit, outliers};
-use xtask::testing::{self, Failures, algorithms, draw, drawn_by, promised, truth};
+use xtask::testing::{Failures, algorithms, draw, drawn_by, promised, truth};
 
 const SIDE: u32 = 96;
 
@@ -79,12 +80,7 @@ fn load(case: &Case) -> (Volume, SceneFile) {
 fn views(scene: &Scene, volume: &Volume) -> Vec<(&'static str, View)> {
     let (view, camera) = (scene.view, scene.view.camera);
     let bounds = volume.bounds();
-    let parallel = Camera {
-        projection: Projection::Orthographic {
-            parallel_scale: bounds.diagonal() / 2.0,
-        },
-        ..camera
-    };
+    let parallel = camera.to_orthographic();
     // Off the center, where symmetric meshes have their vertices.
     let eye = bounds.center() + bounds.size() * DVec3::new(0.13, -0.07, 0.11);
     let inside = Camera {
@@ -117,7 +113,7 @@ fn compare(model: OpticalModel) {
     let algorithms = algorithms(model.name());
     for case in CASES {
         let (volume, file) = load(case);
-        let scene = testing::scene(&file, model, &volume);
+        let scene = resolve(&file, model, &volume).expect("a valid scene");
         for (from, view) in views(&scene, &volume) {
             let expected = truth(&volume, &scene.appearance, &view);
             for algorithm in algorithms.iter().filter(|a| a.name != "reference") {
@@ -178,7 +174,7 @@ fn isosurfaces() {
 #[should_panic(expected = "greatest difference")]
 fn another_picture_fails() {
     let (volume, file) = load(&CASES[0]);
-    let scene = testing::scene(&file, OpticalModel::EmissionAbsorption, &volume);
+    let scene = resolve(&file, OpticalModel::EmissionAbsorption, &volume).expect("a valid scene");
     let views = views(&scene, &volume);
     let pictures: Vec<_> = views
         .iter()

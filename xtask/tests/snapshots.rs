@@ -4,10 +4,11 @@
 //! ground truth, which is the same everywhere, and Mesa's llvmpipe, which everybody
 //! can run, may bless.
 
-use tetrascope::core::OpticalModel;
-use tetrascope::scene::VolumeSource;
+use tetrascope::core::{Camera, OpticalModel, View, Volume};
+use tetrascope::scene::{SceneFile, VolumeSource};
+use xtask::compare::resolve;
 use xtask::picture::shown;
-use xtask::testing::{self, Failures, algorithms, check_snapshot, draw, drawn_by};
+use xtask::testing::{Failures, algorithms, check_snapshot, draw, drawn_by};
 
 const SIDE: u32 = 128;
 
@@ -32,6 +33,17 @@ fn steps(needs_gpu: bool) -> u8 {
     if needs_gpu { 3 } else { 1 }
 }
 
+/// The view of reviewed pictures: from the data set's side, around the bounding sphere, which
+/// is farther away than the default ([`Camera::frame`]).
+fn reviewed(file: &SceneFile, view: &View, volume: &Volume) -> View {
+    let from = file.camera.fit.expect("data sets name a side");
+    let aspect = f64::from(view.width) / f64::from(view.height);
+    View {
+        camera: Camera::fit(&volume.bounds(), from, false, aspect),
+        ..*view
+    }
+}
+
 #[test]
 fn pictures_are_as_reviewed() {
     let mut failures = Failures::default();
@@ -49,8 +61,9 @@ fn pictures_are_as_reviewed() {
             let volume = tetrascope::volumes::load(&file.volume)
                 .expect("a data set")
                 .volume;
-            let scene = testing::scene(&file, model, &volume);
-            let Some(frame) = draw(algorithm, "", &volume, &scene.appearance, &scene.view) else {
+            let scene = resolve(&file, model, &volume).expect("a valid scene");
+            let view = reviewed(&file, &scene.view, &volume);
+            let Some(frame) = draw(algorithm, "", &volume, &scene.appearance, &view) else {
                 continue;
             };
             let name = format!("{dataset}-{}-{}", model.name(), algorithm.name);

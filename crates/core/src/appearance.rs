@@ -128,9 +128,15 @@ impl Abilities {
         clip_planes: true,
     };
 
-    /// Refuses an appearance that is not valid, or that `renderer` does not draw.
-    pub fn check(&self, renderer: &'static str, appearance: &Appearance) -> Result<(), Error> {
-        appearance.validate()?;
+    /// Refuses an appearance that is not valid for a volume in `bounds`
+    /// ([`Appearance::validate_in`]), or that `renderer` does not draw.
+    pub fn check(
+        &self,
+        renderer: &'static str,
+        appearance: &Appearance,
+        bounds: &Bounds,
+    ) -> Result<(), Error> {
+        appearance.validate_in(bounds)?;
         let wanted = [
             (
                 "isosurfaces",

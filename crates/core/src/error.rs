@@ -117,6 +117,14 @@ pub enum Error {
         /// Its size.
         bytes: u64,
     },
+    /// This machine, not the device, lacks the memory.
+    #[error("{} needs {} MB of memory, more than there is", sentence(what), bytes / 1_000_000)]
+    NoMemory {
+        /// "an image of 8192x8192 pixels", …
+        what: String,
+        /// How much was needed.
+        bytes: u64,
+    },
     /// The device was lost, or the driver refused a command.
     #[error("the graphics device failed: {}", sentence(reason))]
     Device {
@@ -153,6 +161,7 @@ impl Error {
             Error::TooLarge { .. } | Error::OutOfMemory { .. } => {
                 Some("draw a smaller image or mesh, or without a GPU".into())
             }
+            Error::NoMemory { .. } => Some("draw a smaller image".into()),
             Error::Unsupported { .. } => Some("choose another algorithm".into()),
             Error::NoSuchField { .. }
             | Error::Unknown { .. }
@@ -176,7 +185,7 @@ impl Error {
             Error::NoAdapter { .. } | Error::TooLarge { .. } | Error::OutOfMemory { .. } => {
                 ErrorKind::Gpu
             }
-            Error::Device { .. } => ErrorKind::Failure,
+            Error::NoMemory { .. } | Error::Device { .. } => ErrorKind::Failure,
         }
     }
 }

@@ -6,8 +6,8 @@ use crate::{Appearance, Error, Frame, View, Volume};
 ///
 /// Data changes at three rates, and each has its method: the volume rarely, its
 /// appearance now and then, the view every frame. A renderer that exists can
-/// render: constructors take volume and appearance.
-pub trait VolumeRenderer {
+/// render: constructors take volume and appearance. It can be handed to another thread.
+pub trait VolumeRenderer: Send {
     /// Takes a volume whose geometry or scalars changed, such as the next time step.
     ///
     /// On an error the renderer keeps what it had.

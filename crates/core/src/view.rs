@@ -77,6 +77,9 @@ impl View {
 
     /// Refuses an image for which this machine does not have the memory: `bytes` for each
     /// pixel, which are asked for at once and given back.
+    ///
+    /// # Errors
+    /// [`Error::NoMemory`].
     pub fn check_memory(&self, bytes: u64) -> Result<(), Error> {
         let pixels = u64::from(self.width) * u64::from(self.height);
         let needed = pixels.saturating_mul(bytes);
@@ -85,14 +88,9 @@ impl View {
         if fits {
             return Ok(());
         }
-        Err(Error::Invalid {
-            what: format!(
-                "an image of {}x{} pixels needs {} MB of memory, more than there is",
-                self.width,
-                self.height,
-                needed / 1_000_000
-            ),
-            help: Some("draw a smaller image".into()),
+        Err(Error::NoMemory {
+            what: format!("an image of {}x{} pixels", self.width, self.height),
+            bytes: needed,
         })
     }
 

@@ -2,9 +2,10 @@
 //!
 //! Reading order: [`adapter`] finds a device and makes a [`Gpu`]; [`memory`]
 //! makes buffers and textures that are checked against its limits, and reads
-//! them back; [`normalization`] is the one place where numbers leave f64 and
-//! [`transfer_function`] and [`look`] two of its users, [`preintegration`] a user of the
-//! first; [`timer`] measures a frame on the device; [`sort`] orders keys on it.
+//! them back; [`passes`] makes pipelines and bind groups; [`transfer_function`] and
+//! [`preintegration`] take numbers of `tetrascope-f32` to the device; [`draw`] is the one way in
+//! which renderers record frames, and [`canvas`] what theirs share; [`timer`] measures a frame
+//! there; [`sort`] orders keys on it.
 //!
 //! # Failure
 //! A missing adapter, a mesh too large for the device, an exhausted memory and a
@@ -19,10 +20,10 @@
 //! starts another with [`QUIET_MESA`] in its environment spares it the message.
 
 pub mod adapter;
+pub mod canvas;
+pub mod draw;
 pub mod gather;
-pub mod look;
 pub mod memory;
-pub mod normalization;
 pub mod passes;
 pub mod preintegration;
 pub mod sides;
@@ -35,13 +36,12 @@ pub mod transfer_function;
 pub const QUIET_MESA: (&str, &str) = ("NODEVICE_SELECT", "1");
 
 pub use adapter::{Gpu, GpuOptions, adapters, describe};
-pub use look::Look;
+pub use canvas::{Canvas, Sums, SumsKind};
+pub use draw::{Commands, Draw, Outcome, Over, Recorded, SceneDepth, Target};
 pub use memory::read_back;
-pub use normalization::{Normalization, ScalarMap};
 pub use preintegration::Integration;
 pub use sort::RadixSort;
 pub use timer::Timer;
-pub use transfer_function::Interval;
 pub use wgpu;
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Short forms of what every pass declares. Inside of [`Gpu::checked`], as wgpu may refuse.
 
-use tetrascope_core::OpticalModel;
+use tetrascope_core::{Appearance, OpticalModel};
 use wgpu::{BindingType, BufferBindingType, ShaderStages};
 
 use crate::Gpu;
@@ -9,6 +9,17 @@ use crate::Gpu;
 pub fn model_constant(model: OpticalModel) -> (&'static str, f64) {
     let index = OpticalModel::ALL.iter().position(|m| *m == model);
     ("MODEL", index.expect("ALL has every model") as f64)
+}
+
+/// The pipeline constants that compile only what `appearance` has.
+pub fn look_constants(appearance: &Appearance) -> [(&'static str, f64); 2] {
+    let cued =
+        appearance.depth_cue.is_some() && appearance.optical_model != OpticalModel::Absorption;
+    let has = |yes: bool| f64::from(u8::from(yes));
+    [
+        ("CLIPPED", has(!appearance.clip_planes.is_empty())),
+        ("CUED", has(cued)),
+    ]
 }
 
 /// A bind group's layout: one buffer, or other resource, for each of `types`.

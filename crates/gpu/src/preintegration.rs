@@ -35,12 +35,12 @@
 //! filter is in f32 and agrees to 4e-6, 2²¹ lookups in 128³ samples take 0.36 s by the
 //! texture unit and 0.6 s by hand.
 
-use tetrascope_core::mesh::FACES;
-use tetrascope_core::{Error, OpticalModel, TetMesh};
+use tetrascope_core::{Error, OpticalModel};
+use tetrascope_f32::{KnotPair, deepest};
 use wgpu::{BindingType, BufferUsages, TextureFormat, TextureUsages};
 
+use crate::Gpu;
 use crate::passes::{READ, compute_pipeline, group, layout, model_constant, module};
-use crate::{Gpu, Interval};
 
 /// How a ray's segment in a cell is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -68,7 +68,7 @@ pub enum Integration {
     /// alternate 2D LUT table can be used instead if we assume a fixed distance value".
     ///
     /// They do not say which value. Here it is the mean length of a line in a cell
-    /// ([`mean_chord`]), with which the optical depth of a homogeneous volume is right on
+    /// ([`mean_chord`](tetrascope_f32::mean_chord)), with which the optical depth of a homogeneous volume is right on
     /// average over all lines; on one line of k cells of length l it is k · mean / l times
     /// what it should be, and no finer table mends that. A maximum knows no length and
     /// gets the table of [`Integration::Table2d`].
@@ -185,7 +185,7 @@ pub struct Source<'a> {
     /// What the integral is.
     pub model: OpticalModel,
     /// The transfer function.
-    pub intervals: &'a [Interval],
+    pub intervals: &'a [KnotPair],
     /// The longest segment that there can be, normalized.
     pub longest: f32,
     /// What [`Integration::TableFixed`] needs; without it that is unsupported.
@@ -223,32 +223,6 @@ impl Source<'_> {
     }
 }
 
-/// The mean length of a line in a cell of `mesh`, over all lines that meet it and all
-/// cells, each as often as lines meet it; in world units, 0 for a mesh without cells.
-///
-/// 4 Σ V / Σ S of the cells' volumes and surfaces (Cauchy and Crofton: a convex body's mean
-/// chord is 4 V / S, and lines meet it in proportion to S).
-pub fn mean_chord(mesh: &TetMesh) -> f64 {
-    let (mut volumes, mut surfaces) = (0.0, 0.0);
-    for cell in 0..mesh.cell_count() {
-        let points = mesh.cell_points(cell);
-        let [p, q, r] = [1, 2, 3].map(|i| points[i] - points[0]);
-        volumes += p.cross(q).dot(r).abs() / 6.0;
-        surfaces += FACES
-            .iter()
-            .map(|face| {
-                let [a, b, c] = face.map(|corner| points[corner]);
-                (b - a).cross(c - a).length() / 2.0
-            })
-            .sum::<f64>();
-    }
-    if surfaces > 0.0 {
-        4.0 * volumes / surfaces
-    } else {
-        0.0
-    }
-}
-
 /// What a table's places stand for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axes {
@@ -282,7 +256,7 @@ impl Axes {
 pub struct Table {
     axes: Axes,
     model: OpticalModel,
-    intervals: Vec<Interval>,
+    intervals: Vec<KnotPair>,
     texture: wgpu::Texture,
     view: wgpu::TextureView,
 }
@@ -391,9 +365,7 @@ impl Table {
 
     /// A bound of the optical depth of any entry.
     fn deepest(&self) -> f64 {
-        let ends = self.intervals.iter().flat_map(|i| [i.at_low, i.at_high]);
-        let densest = ends.map(|[.., extinction]| extinction).fold(0.0, f32::max);
-        (f64::from(densest) * f64::from(self.axes.length) * (1.0 + 1e-5)).min(1e30)
+        deepest(&self.intervals, self.axes.scalars, self.axes.length).into()
     }
 
     fn fill(&self, gpu: &Gpu) -> Result<(), Error> {

@@ -161,6 +161,8 @@ fn cases() -> Vec<[f32; 4]> {
 
 #[cfg(test)]
 mod tests {
+    use tetrascope_core::glam::DVec2;
+
     use super::*;
     use crate::testing;
 
@@ -239,6 +241,49 @@ mod tests {
             for (cell, counts) in cells.iter().zip(answers.expect("runs")) {
                 assert_eq!(counts, [crossed(*cell); 2], "{cell:?}");
             }
+        }
+    }
+
+    /// Where a ray crosses a sliver, its weights name the ray's place and no other.
+    #[test]
+    fn weights_of_slivers_name_the_ray() {
+        let Some(gpu) = testing::gpu("weights_of_slivers_name_the_ray") else {
+            return;
+        };
+        // Of length 1 and width 2⁻¹², in any direction, around the ray.
+        let width = 2.0f64.powi(-12);
+        let mut random = Random(7);
+        let mut share = || f64::from(random.next()) / f64::from(u32::MAX);
+        let mut slivers = Vec::new();
+        while slivers.len() < 10_000 {
+            let along = DVec2::from_angle(std::f64::consts::TAU * share());
+            let end = |at: f64, side: f64| at * along + side * width * along.perp();
+            let (middle, ray) = (share(), share());
+            let corners = [
+                end(-ray, -0.5 * share()),
+                end(middle - ray, 0.5),
+                end(1.0 - ray, -0.5 * share()),
+            ];
+            let corners = corners.map(DVec2::as_vec2);
+            if crossing(corners[0], corners[1], corners[2]) != 0 {
+                slivers.push(corners);
+            }
+        }
+        let inputs: Vec<[f32; 4]> = slivers
+            .iter()
+            .flat_map(|[a, b, c]| [[a.x, a.y, b.x, b.y], [c.x, c.y, 0.0, 0.0]])
+            .collect();
+        let answers = probe(&gpu, "cs_weights", false, &inputs, slivers.len()).expect("runs");
+        // `weights` measures how far beside the ray the first weights are with some ten
+        // roundings of 2⁻²⁴, and the areas' own, at most four, cost a share e = 2⁻²² / width of
+        // that twice. Without taking it back it would be e.
+        let bound = 2.0f64.powi(-20) + (2.0f64.powi(-22) / width).powi(2);
+        for (corners, answer) in slivers.iter().zip(answers) {
+            let [b, c] = answer.map(|bits| f64::from(f32::from_bits(bits)));
+            let [p, q, r] = corners.map(|corner| corner.as_dvec2());
+            let beside = (1.0 - b - c) * p + b * q + c * r;
+            assert!(beside.length() <= bound, "{beside} beside {corners:?}");
+            assert!(b >= 0.0 && c >= 0.0 && b + c <= 1.0 + 2.0f64.powi(-22));
         }
     }
 }

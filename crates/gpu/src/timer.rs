@@ -8,7 +8,7 @@ use wgpu::{BufferUsages, Features};
 use crate::Gpu;
 use crate::memory::{ReadBack, Source, read_back};
 
-/// The time from the start of a frame's first pass to the end of its last one.
+/// The time from the start of a frame's commands to their end.
 #[derive(Debug)]
 pub struct Timer {
     queries: wgpu::QuerySet,
@@ -34,40 +34,26 @@ impl Timer {
         Ok(Some(Timer { queries, resolved }))
     }
 
-    /// What the frame's first pass writes, if it is a compute pass.
-    pub fn first_compute_pass(&self) -> wgpu::ComputePassTimestampWrites<'_> {
-        wgpu::ComputePassTimestampWrites {
-            query_set: &self.queries,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: None,
-        }
+    /// Records when the frame begins.
+    pub fn begin(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.write(encoder, Some(0), None);
     }
 
-    /// What a frame's one pass writes, if it is a compute pass.
-    pub fn only_compute_pass(&self) -> wgpu::ComputePassTimestampWrites<'_> {
-        wgpu::ComputePassTimestampWrites {
-            query_set: &self.queries,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: Some(1),
-        }
+    /// Records when the frame ends.
+    pub fn end(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.write(encoder, None, Some(1));
     }
 
-    /// What the frame's first pass writes, if it is a render pass.
-    pub fn first_render_pass(&self) -> wgpu::RenderPassTimestampWrites<'_> {
-        wgpu::RenderPassTimestampWrites {
-            query_set: &self.queries,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: None,
-        }
-    }
-
-    /// What the frame's last pass, a render pass, writes.
-    pub fn last_render_pass(&self) -> wgpu::RenderPassTimestampWrites<'_> {
-        wgpu::RenderPassTimestampWrites {
-            query_set: &self.queries,
-            beginning_of_pass_write_index: None,
-            end_of_pass_write_index: Some(1),
-        }
+    /// In an empty pass: WebGPU has no timestamps but those of passes.
+    fn write(&self, encoder: &mut wgpu::CommandEncoder, begin: Option<u32>, end: Option<u32>) {
+        encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("gpu::timer"),
+            timestamp_writes: Some(wgpu::ComputePassTimestampWrites {
+                query_set: &self.queries,
+                beginning_of_pass_write_index: begin,
+                end_of_pass_write_index: end,
+            }),
+        });
     }
 
     /// Records the copy of the times to where [`seconds`] reads them.
@@ -130,10 +116,8 @@ mod tests {
         let timer = Timer::new(&gpu).expect("made");
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         if let Some(timer) = &timer {
-            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: None,
-                timestamp_writes: Some(timer.only_compute_pass()),
-            });
+            timer.begin(&mut encoder);
+            timer.end(&mut encoder);
         }
         let times = timer.as_ref().map(|t| t.resolve(&gpu, &mut encoder));
         let times = times.transpose().expect("recorded");

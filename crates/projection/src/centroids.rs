@@ -83,6 +83,7 @@ fn by_digit(pairs: &[(u32, u32)], shift: u32, mut put: impl FnMut(usize, (u32, u
 mod tests {
     use tetrascope_core::glam::DVec3;
     use tetrascope_core::{Camera, CameraFit, View};
+    use tetrascope_f32::ImagePlane;
     use tetrascope_testing as testing;
 
     use super::*;
@@ -108,7 +109,8 @@ mod tests {
                     background: [0.0; 4],
                 };
                 let normalization = &geometry.normalization;
-                let sorted = centroids.sorted(&frame(&view, normalization, 0, false));
+                let plane = ImagePlane::new(&view, normalization);
+                let sorted = centroids.sorted(&frame(&plane, (8, 8), 0, false));
                 let mut all = sorted.clone();
                 all.sort_unstable();
                 assert_eq!(all, &*cells, "{name}: each once");

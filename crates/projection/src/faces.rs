@@ -8,8 +8,9 @@
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::FACES;
 use tetrascope_core::{Error, TetMesh};
+use tetrascope_f32::{Normalization, ScalarMap};
+use tetrascope_gpu::Gpu;
 use tetrascope_gpu::wgpu::{self, BufferUsages};
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
 
 use crate::options::CellLayout;
 

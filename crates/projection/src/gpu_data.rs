@@ -44,27 +44,17 @@ pub(crate) struct Tile {
     pub(crate) turns: u32,
 }
 
-/// The mirror of `Clip` in `among.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub(crate) struct Clip {
-    pub(crate) z: [f32; 4],
-    pub(crate) w: [f32; 4],
-}
-
 #[cfg(test)]
 mod tests {
     use tetrascope_shaders::assert_layout;
-    use tetrascope_shaders::projection::{
-        AMONG, CELL, COMPACT, COMPOSITE, FILL, JUDGE, ORDER, SURFACE,
-    };
+    use tetrascope_shaders::projection::{CELL, COMPACT, COMPOSITE, FILL, JUDGE, ORDER, SURFACE};
 
     use super::*;
     use crate::passes::lists::{FRAGMENT_BYTES, STATE_BYTES};
 
     #[test]
     fn structs_have_the_layout_of_their_twins() {
-        for program in [ORDER, CELL, FILL, SURFACE, AMONG] {
+        for program in [ORDER, CELL, FILL, SURFACE] {
             assert_layout!(
                 program,
                 Frame {
@@ -97,7 +87,6 @@ mod tests {
                 }
             );
         }
-        assert_layout!(AMONG, Clip { z, w });
         assert_layout!(
             COMPOSITE,
             Tile {

@@ -117,9 +117,9 @@ mod tiles;
 mod volume;
 
 pub use options::{
-    CellLayout, DepthFormat, ExitSearch, Integration, Order, ProjectionOptions, Sort, SurfaceSearch,
+    CellLayout, ExitSearch, Integration, Order, ProjectionOptions, Sort, SurfaceSearch,
 };
-pub use renderer::{DepthTarget, Projection};
+pub use renderer::Projection;
 
 use tetrascope_core::Abilities;
 

@@ -19,7 +19,7 @@
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::{FACES, NO_NEIGHBOR};
 use tetrascope_core::{Projection, TetMesh, View};
-use tetrascope_gpu::Normalization;
+use tetrascope_f32::Normalization;
 
 use crate::volume::{flat, has_no_volume};
 

@@ -3,7 +3,7 @@
 use tetrascope_core::{Appearance, Error, OpticalModel};
 use tetrascope_gpu::Gpu;
 pub use tetrascope_gpu::Integration;
-use tetrascope_gpu::wgpu::{CompareFunction, DeviceType, TextureFormat};
+use tetrascope_gpu::wgpu::DeviceType;
 
 use crate::NAME;
 
@@ -28,12 +28,6 @@ pub struct ProjectionOptions {
     pub minimum_side: u32,
     /// How isosurfaces are found in a cell.
     pub surfaces: SurfaceSearch,
-    /// The depth buffer that [`Projection::encode_among`](crate::Projection::encode_among)
-    /// draws with; without, it is not compiled.
-    pub depth_format: Option<DepthFormat>,
-    /// The format of the textures that [`Projection::encode`](crate::Projection::encode)
-    /// draws into; it gets linear premultiplied RGBA.
-    pub target_format: TextureFormat,
 }
 
 impl Default for ProjectionOptions {
@@ -47,8 +41,6 @@ impl Default for ProjectionOptions {
             fragment_bytes: 1 << 28,
             minimum_side: 128,
             surfaces: SurfaceSearch::Exact,
-            depth_format: None,
-            target_format: TextureFormat::Rgba32Float,
         }
     }
 }
@@ -213,16 +205,6 @@ impl SurfaceSearch {
             )),
         })
     }
-}
-
-/// An application's depth buffer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DepthFormat {
-    /// A format with depth.
-    pub format: TextureFormat,
-    /// Which of two depths is kept: `Less` where the near plane is 0, `Greater` where
-    /// it is 1.
-    pub compare: CompareFunction,
 }
 
 impl ExitSearch {

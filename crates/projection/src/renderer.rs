@@ -3,28 +3,28 @@
 mod scene;
 mod surfaces;
 
-use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
-
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, Projection as Spread, TetMesh, View, Volume,
     VolumeRenderer,
 };
-use tetrascope_gpu::gather::{Resolve, gathered_format};
-use tetrascope_gpu::look::look;
+use tetrascope_f32::look::look;
+use tetrascope_f32::{ImagePlane, ScalarMap};
+use tetrascope_gpu::gather::gathered_format;
 use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, ScalarMap, Timer, read_back, timer};
+use tetrascope_gpu::{
+    Canvas, Commands, Draw, Gpu, Outcome, Recorded, SceneDepth, Sums, SumsKind, Target, draw,
+    read_back,
+};
 
 use self::scene::{Parts, Scene, Sorter, Sorting};
-pub use self::surfaces::DepthTarget;
 use self::surfaces::prepared;
-use crate::frame::{along_rays, camera_space, frame};
+use crate::frame::frame;
 use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellPass, FrameData, Uploaded};
 use crate::passes::faces::FacePass;
 use crate::passes::lists::{self, ListPass};
-use crate::passes::surface::{NO_SURFACE, SurfaceData, SurfacePass, SurfaceTextures};
+use crate::passes::surface::{self, SurfaceData, SurfacePass};
 use crate::passes::transform::TransformPass;
 use crate::tiles::{boxes, tiles};
 use crate::volume::{Field, Geometry, mesh_of};
@@ -33,7 +33,7 @@ use crate::{ABILITIES, NAME};
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
 pub struct Projection {
-    gpu: Gpu,
+    canvas: Canvas,
     options: ProjectionOptions,
     transform_pass: TransformPass,
     cell_pass: CellPass,
@@ -43,21 +43,7 @@ pub struct Projection {
     surface_pass: Option<SurfacePass>,
     /// Compiled where ray parameters are computed at vertices.
     face_pass: Option<FacePass>,
-    /// The texture of the last frame, for the next of the same size.
-    gathered: Mutex<Option<wgpu::Texture>>,
-    /// The same for isosurfaces.
-    surfaces: Mutex<Option<SurfaceTextures>>,
 }
-
-/// Where a frame is drawn, an index of [`Scene::resolve`].
-#[derive(Clone, Copy)]
-enum To {
-    Caller,
-    ReadBack,
-}
-
-/// What `render` reads back.
-const READ_BACK_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 
 impl Projection {
     /// Uploads the mesh in `volume` and compiles what `appearance` needs.
@@ -70,7 +56,7 @@ impl Projection {
         appearance: &Appearance,
         options: &ProjectionOptions,
     ) -> Result<Projection, Error> {
-        ABILITIES.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance, &volume.bounds())?;
         options.validate(appearance)?;
         let mesh = mesh_of(volume)?;
         let transform_pass = TransformPass::new(gpu)?;
@@ -84,7 +70,7 @@ impl Projection {
             ExitSearch::PerFragment => None,
             _ => Some(FacePass::new(gpu, options, &cell_pass)?),
         };
-        let surface_pass = prepared(None, gpu, options, &cell_pass, appearance)?;
+        let surface_pass = prepared(None, gpu, &cell_pass, appearance)?;
         let parts = Parts {
             gpu,
             options,
@@ -96,7 +82,7 @@ impl Projection {
         };
         let scene = parts.scene(appearance, geometry, field, None)?;
         Ok(Projection {
-            gpu: gpu.clone(),
+            canvas: Canvas::new(gpu)?,
             options: options.clone(),
             transform_pass,
             cell_pass,
@@ -104,130 +90,6 @@ impl Projection {
             scene,
             surface_pass,
             face_pass,
-            gathered: Mutex::new(None),
-            surfaces: Mutex::new(None),
-        })
-    }
-
-    /// Records a frame into `target`, a view of a texture of the view's size and of
-    /// [`ProjectionOptions::target_format`]; the caller submits.
-    ///
-    /// Every texel is written: linear premultiplied RGBA, over the view's background.
-    /// Times and readback are for [`VolumeRenderer::render`]: the stats returned have
-    /// the counts alone.
-    pub fn encode(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        view: &View,
-        target: &wgpu::TextureView,
-    ) -> Result<FrameStats, Error> {
-        let recorded = self.record(encoder, view, target, To::Caller, None)?;
-        Ok(recorded.stats)
-    }
-
-    fn record(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        view: &View,
-        target: &wgpu::TextureView,
-        to: To,
-        timer: Option<&Timer>,
-    ) -> Result<Recorded, Error> {
-        view.validate()?;
-        let perspective = matches!(view.camera.projection, Spread::Perspective { .. });
-        if perspective && self.face_pass.is_some() {
-            return Err(Error::Unsupported {
-                renderer: NAME,
-                what: "perspective cameras with ray parameters at vertices".into(),
-                reason: "they are linear over a face for parallel rays alone".into(),
-            });
-        }
-        let (gpu, scene) = (&self.gpu, &self.scene);
-        let (normalization, field) = (&scene.geometry.normalization, &scene.field);
-        let uniform = self.frame(view)?;
-        let background = [Resolve::of(view)];
-        let background = gpu.upload("gather::resolve", &background, BufferUsages::UNIFORM)?;
-        let ordered = self.ordered(view);
-        let in_lists = matches!(ordered.way, Ordered::InLists);
-        let mut stats = self.stats(in_lists);
-        stats.visibility_cycles = ordered.cycles;
-        stats.order_proven = ordered.proven;
-        stats.notes.extend(ordered.note);
-        let mut counts = None;
-        self.record_transform(encoder, &uniform, timer)?;
-        stats.passes += 1;
-        let mut along = None;
-        let gathered = if scene.surfaces.is_some() {
-            let textures = self.record_surfaces(encoder, view, &uniform)?;
-            along = Some(textures.along);
-            textures.color
-        } else {
-            self.gathered((view.width, view.height), in_lists)?
-        };
-        let gathered = gathered.create_view(&Default::default());
-        match ordered.way {
-            _ if scene.surfaces.is_some() => stats.passes += 1,
-            Ordered::InLists => {
-                let pass = self.sorter.lists(gpu, &self.cell_pass)?;
-                let whole_cells = scene.whole_cells(&self.parts())?;
-                let boxes = boxes(
-                    &scene.geometry.mesh,
-                    &scene.look.listed.cells,
-                    view,
-                    normalization,
-                );
-                let capacity = ListPass::capacity(gpu, self.options.fragment_bytes);
-                let tiles = tiles(&boxes, (view.width, view.height), capacity)?;
-                let cells = (&self.cell_pass, whole_cells);
-                let buffer = pass.record(gpu, encoder, &uniform, cells, &tiles, &gathered)?;
-                stats.passes += ListPass::passes(&tiles);
-                counts = Some(Counts {
-                    buffer,
-                    most: tiles.iter().map(|t| t.most).collect(),
-                });
-            }
-            Ordered::AsListed(sorted) => {
-                let mut cell = scene.cell.clone();
-                if let (Sorting::Centroid(data), Some(pass)) = (&scene.sorting, self.sorter.order())
-                {
-                    gpu.checked("projection::order", 0, || {
-                        pass.record(gpu, encoder, &uniform.frame, data);
-                    })?;
-                    stats.passes += 1;
-                }
-                let sorted = match &scene.sorting {
-                    Sorting::CentroidOnCpu(centroids) => Some(centroids.sorted(&uniform.values)),
-                    _ => sorted,
-                };
-                if let Some(cells) = sorted {
-                    let items = scene.look.listed.items_of(cells);
-                    stats.bytes_uploaded = 4 * items.len() as u64;
-                    let label = "projection::sorted";
-                    let items = gpu.upload(label, &items, BufferUsages::STORAGE)?;
-                    let uploaded = Uploaded {
-                        geometry: &scene.geometry,
-                        field,
-                        look: &scene.look,
-                    };
-                    cell.volume_group = self.cell_pass.volume_group(gpu, uploaded, &items)?;
-                }
-                gpu.checked("projection::cell", 0, || {
-                    let pass = &self.cell_pass;
-                    pass.record(gpu, encoder, &uniform, &cell, &gathered);
-                })?;
-                stats.passes += 1;
-            }
-        }
-        gpu.checked("projection::encode", 0, || {
-            let times = timer.map(Timer::last_render_pass);
-            let resolve = &scene.resolve[to as usize];
-            resolve.record(gpu, encoder, &background, &gathered, target, times);
-        })?;
-        stats.passes += 1;
-        Ok(Recorded {
-            stats,
-            counts,
-            along,
         })
     }
 
@@ -278,13 +140,19 @@ impl Projection {
         ordered
     }
 
-    /// What changes with every frame.
-    fn frame(&self, view: &View) -> Result<FrameData, Error> {
+    /// What changes with every frame; rays end where `depth` says.
+    fn frame(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        depth: Option<&SceneDepth>,
+    ) -> Result<FrameData, Error> {
         let scene = &self.scene;
         let normalization = &scene.geometry.normalization;
+        let plane = ImagePlane::new(view, normalization);
         let uniform = frame(
-            view,
-            normalization,
+            &plane,
+            (view.width, view.height),
             scene.look.culled.items,
             scene.field.per_cell,
         );
@@ -294,51 +162,27 @@ impl Projection {
             &scene.geometry.mesh.bounds(),
             normalization,
             &scene.field.map,
-            &camera_space(view, normalization).from_normalized,
+            &plane.camera_from_normalized(),
         );
+        let ends = self
+            .canvas
+            .ends(encoder, view, normalization, plane.anchor_depth, depth)?;
+        let gpu = self.canvas.gpu();
         let upload =
             |gpu: &Gpu, bytes: &[u8]| gpu.upload("projection::frame", bytes, BufferUsages::UNIFORM);
         Ok(FrameData {
             values: uniform,
-            frame: upload(&self.gpu, bytemuck::bytes_of(&uniform))?,
-            look: upload(&self.gpu, bytemuck::bytes_of(&look))?,
+            frame: upload(gpu, bytemuck::bytes_of(&uniform))?,
+            look: upload(gpu, bytemuck::bytes_of(&look))?,
+            ends,
             items,
         })
-    }
-
-    fn record_transform(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        uniform: &FrameData,
-        timer: Option<&Timer>,
-    ) -> Result<(), Error> {
-        let gpu = &self.gpu;
-        gpu.checked("projection::transform", 0, || {
-            let times = timer.map(Timer::first_compute_pass);
-            let data = &self.scene.transform;
-            self.transform_pass
-                .record(gpu, encoder, &uniform.frame, data, times);
-        })
-    }
-
-    /// The texture in which cells add up, kept for the next frame.
-    fn gathered(&self, size: (u32, u32), in_lists: bool) -> Result<wgpu::Texture, Error> {
-        let format = self.format(in_lists);
-        let mut kept = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
-        let fits = |t: &&wgpu::Texture| (t.width(), t.height()) == size && t.format() == format;
-        if let Some(texture) = kept.as_ref().filter(fits) {
-            return Ok(texture.clone());
-        }
-        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-        let texture = self.gpu.texture("of sums", size, format, usage)?;
-        *kept = Some(texture.clone());
-        Ok(texture)
     }
 
     fn format(&self, in_lists: bool) -> TextureFormat {
         match in_lists {
             true => lists::FORMAT,
-            false => gathered_format(&self.gpu, self.scene.appearance.optical_model),
+            false => gathered_format(self.canvas.gpu(), self.scene.appearance.optical_model),
         }
     }
 
@@ -395,7 +239,7 @@ impl Projection {
 
     fn parts(&self) -> Parts<'_> {
         Parts {
-            gpu: &self.gpu,
+            gpu: self.canvas.gpu(),
             options: &self.options,
             transform_pass: &self.transform_pass,
             cell_pass: &self.cell_pass,
@@ -413,7 +257,7 @@ impl Projection {
                 ..old.clone()
             }
         } else {
-            Geometry::upload(&self.gpu, mesh)?
+            Geometry::upload(self.canvas.gpu(), mesh)?
         };
         let (map, range) = (self.scene.field.map, mesh.scalar_range());
         let map = match map.suits_appearance(&self.scene.appearance, range) {
@@ -421,11 +265,16 @@ impl Projection {
             false => ScalarMap::of_appearance(&self.scene.appearance, range),
         };
         let layout = self.options.cell_layout;
-        let field = Field::upload(&self.gpu, &geometry, mesh, map, layout)?;
+        let field = Field::upload(self.canvas.gpu(), &geometry, mesh, map, layout)?;
         let appearance = &self.scene.appearance;
         let model = appearance.optical_model;
-        self.sorter
-            .prepare(&self.gpu, &self.options, &self.cell_pass, model, mesh)?;
+        self.sorter.prepare(
+            self.canvas.gpu(),
+            &self.options,
+            &self.cell_pass,
+            model,
+            mesh,
+        )?;
         let table = Some(&self.scene.look.table);
         self.scene = self.parts().scene(appearance, geometry, field, table)?;
         Ok(())
@@ -435,18 +284,20 @@ impl Projection {
 impl VolumeRenderer for Projection {
     /// Uploads scalars alone where the geometry is the same.
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+        ABILITIES.check(NAME, &self.scene.appearance, &volume.bounds())?;
         self.reload_mesh(mesh_of(volume)?)
     }
 
     /// Uploads the transfer function and which cells it leaves to draw; scalars only
     /// if its range moved so far that f32 would run out of digits.
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        ABILITIES.check(NAME, appearance)?;
+        let mesh = &self.scene.geometry.mesh;
+        ABILITIES.check(NAME, appearance, &mesh.bounds())?;
         let model = appearance.optical_model;
         self.options.validate(appearance)?;
         let geometry = self.scene.geometry.clone();
         self.sorter.prepare(
-            &self.gpu,
+            self.canvas.gpu(),
             &self.options,
             &self.cell_pass,
             model,
@@ -458,75 +309,183 @@ impl VolumeRenderer for Projection {
         } else {
             let map = ScalarMap::of_appearance(appearance, range);
             let layout = self.options.cell_layout;
-            Field::upload(&self.gpu, &geometry, &geometry.mesh, map, layout)?
+            Field::upload(self.canvas.gpu(), &geometry, &geometry.mesh, map, layout)?
         };
         let pass = self.surface_pass.clone();
-        self.surface_pass = prepared(pass, &self.gpu, &self.options, &self.cell_pass, appearance)?;
+        self.surface_pass = prepared(pass, self.canvas.gpu(), &self.cell_pass, appearance)?;
         let table = Some(&self.scene.look.table);
         self.scene = self.parts().scene(appearance, geometry, field, table)?;
         Ok(())
     }
 
     fn render(&self, view: &View) -> Result<Frame, Error> {
-        let start = Instant::now();
-        view.validate()?;
-        let gpu = &self.gpu;
-        let size = (view.width, view.height);
-        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
-        let target = gpu.texture("to read back", size, READ_BACK_FORMAT, usage)?;
-        let timer = Timer::new(gpu)?;
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
-        let target_view = target.create_view(&Default::default());
-        let Recorded {
-            mut stats,
-            counts,
-            along,
-        } = self.record(
-            &mut encoder,
-            view,
-            &target_view,
-            To::ReadBack,
-            timer.as_ref(),
-        )?;
-        let pixels = read_back(gpu, &mut encoder, Source::Texture(&target))?;
-        let along = along.as_ref().map(Source::Texture);
-        let along = along.map(|source| read_back(gpu, &mut encoder, source));
-        let along = along.transpose()?;
-        let counts = counts.map(|c| c.read_back(gpu, &mut encoder)).transpose()?;
-        let times = timer.map(|t| t.resolve(gpu, &mut encoder)).transpose()?;
-        let submitted = Instant::now();
-        gpu.finish(encoder)?;
-        stats.gpu_seconds = timer::seconds(gpu, times, submitted.elapsed())?;
-        if let Some((counts, most)) = counts {
-            let (fragments, given_up) = total(counts.read()?, &most)?;
-            stats.fragments_sorted = Some(fragments);
-            stats.lost_rays = Some(given_up);
-            if given_up > 0 {
-                stats.order_proven = Some(false);
-                let note =
-                    format!("{given_up} pixels are wrong: their fragments were not all sorted");
-                stats.notes.push(note);
-            }
-        }
-        let pixels = pixels.read()?;
-        stats.cpu_seconds = start.elapsed().as_secs_f64();
-        let mut frame = Frame::new((view.width, view.height), pixels, stats);
-        if let Some(along) = along {
-            let normalization = &self.scene.geometry.normalization;
-            let along: Vec<f32> = along.read()?;
-            let there = |i: usize| along[i] > NO_SURFACE;
-            frame.depths = Some(along_rays(view, normalization, &along, there));
-        }
-        Ok(frame)
+        draw::render(self, view)
     }
 }
 
-/// What a frame's commands leave behind.
-struct Recorded {
-    stats: FrameStats,
-    counts: Option<Counts>,
-    /// Depths along the axis, of isosurfaces.
-    along: Option<wgpu::Texture>,
+impl Draw for Projection {
+    fn canvas(&self) -> &Canvas {
+        &self.canvas
+    }
+
+    fn record(
+        &self,
+        commands: &mut Commands,
+        view: &View,
+        target: &Target,
+    ) -> Result<Recorded, Error> {
+        let perspective = matches!(view.camera.projection, Spread::Perspective { .. });
+        if perspective && self.face_pass.is_some() {
+            return Err(Error::Unsupported {
+                renderer: NAME,
+                what: "perspective cameras with ray parameters at vertices".into(),
+                reason: "they are linear over a face for parallel rays alone".into(),
+            });
+        }
+        let (gpu, scene) = (self.canvas.gpu(), &self.scene);
+        let encoder = commands.encoder();
+        let normalization = &scene.geometry.normalization;
+        // Surfaces are hidden when they are put among the geometry.
+        let depth = target.depth.as_ref().filter(|_| scene.surfaces.is_none());
+        let uniform = self.frame(encoder, view, depth)?;
+        let ordered = self.ordered(view);
+        let in_lists = matches!(ordered.way, Ordered::InLists);
+        let mut stats = self.stats(in_lists);
+        stats.visibility_cycles = ordered.cycles;
+        stats.order_proven = ordered.proven;
+        stats.notes.extend(ordered.note);
+        let sums = self.canvas.sums(
+            view,
+            SumsKind {
+                format: match scene.surfaces {
+                    Some(_) => surface::COLOR,
+                    None => self.format(in_lists),
+                },
+                usage: TextureUsages::RENDER_ATTACHMENT,
+                distances: scene.surfaces.is_some(),
+            },
+        )?;
+        gpu.checked("projection::transform", 0, || {
+            let data = &scene.transform;
+            self.transform_pass
+                .record(gpu, encoder, &uniform.frame, data);
+        })?;
+        let mut counts = None;
+        match (&scene.surfaces, ordered.way) {
+            (Some(data), _) => {
+                self.record_surfaces(encoder, &uniform, data, &sums)?;
+                stats.passes += 1;
+            }
+            (None, Ordered::InLists) => {
+                let (copy, most, passes) = self.record_lists(encoder, view, &uniform, &sums)?;
+                stats.passes += passes;
+                counts = Some((copy, most));
+            }
+            (None, Ordered::AsListed(sorted)) => {
+                self.record_cells(encoder, &uniform, sorted, &sums, &mut stats)?;
+            }
+        }
+        let model = scene.appearance.optical_model;
+        self.canvas
+            .put(encoder, view, normalization, (model, &sums), target)?;
+        // And the transform.
+        stats.passes += 2;
+        let mut recorded = Recorded::new(stats);
+        if let Some(distances) = &sums.distances {
+            recorded = recorded.with_distances(distances, normalization.scale);
+        }
+        Ok(match counts {
+            None => recorded,
+            Some((copy, most)) => recorded.then(move |stats| count(stats, copy, &most)),
+        })
+    }
+}
+
+impl Projection {
+    /// Records whole cells into lists of fragments, which are sorted and added up. Returns how
+    /// many fragments each tile got and how many of its pixels were not done, on the way to the
+    /// CPU; how many fragments each had room for; and the number of passes.
+    fn record_lists(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        uniform: &FrameData,
+        sums: &Sums,
+    ) -> Result<(ReadBack, Vec<u64>, u64), Error> {
+        let (gpu, scene) = (self.canvas.gpu(), &self.scene);
+        let pass = self.sorter.lists(gpu, &self.cell_pass)?;
+        let whole_cells = scene.whole_cells(&self.parts())?;
+        let boxes = boxes(
+            &scene.geometry.mesh,
+            &scene.look.listed.cells,
+            view,
+            &scene.geometry.normalization,
+        );
+        let capacity = ListPass::capacity(gpu, self.options.fragment_bytes);
+        let tiles = tiles(&boxes, (view.width, view.height), capacity)?;
+        let cells = (&self.cell_pass, whole_cells);
+        let gathered = sums.color.create_view(&Default::default());
+        let counts = pass.record(gpu, encoder, uniform, cells, &tiles, &gathered)?;
+        let copy = read_back(gpu, encoder, Source::Buffer(&counts, counts.size()))?;
+        let most = tiles.iter().map(|t| t.most).collect();
+        Ok((copy, most, ListPass::passes(&tiles)))
+    }
+
+    /// Records one draw of the cells that can show, in the order of `sorted` or as the device
+    /// has them.
+    fn record_cells(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        uniform: &FrameData,
+        sorted: Option<Vec<u32>>,
+        sums: &Sums,
+        stats: &mut FrameStats,
+    ) -> Result<(), Error> {
+        let (gpu, scene) = (self.canvas.gpu(), &self.scene);
+        let mut cell = scene.cell.clone();
+        if let (Sorting::Centroid(data), Some(pass)) = (&scene.sorting, self.sorter.order()) {
+            gpu.checked("projection::order", 0, || {
+                pass.record(gpu, encoder, &uniform.frame, data);
+            })?;
+            stats.passes += 1;
+        }
+        let sorted = match &scene.sorting {
+            Sorting::CentroidOnCpu(centroids) => Some(centroids.sorted(&uniform.values)),
+            _ => sorted,
+        };
+        if let Some(cells) = sorted {
+            let items = scene.look.listed.items_of(cells);
+            stats.bytes_uploaded = 4 * items.len() as u64;
+            let label = "projection::sorted";
+            let items = gpu.upload(label, &items, BufferUsages::STORAGE)?;
+            let uploaded = Uploaded {
+                geometry: &scene.geometry,
+                field: &scene.field,
+                look: &scene.look,
+            };
+            cell.volume_group = self.cell_pass.volume_group(gpu, uploaded, &items)?;
+        }
+        let gathered = sums.color.create_view(&Default::default());
+        gpu.checked("projection::cell", 0, || {
+            let pass = &self.cell_pass;
+            pass.record(gpu, encoder, uniform, &cell, &gathered)
+        })??;
+        stats.passes += 1;
+        Ok(())
+    }
+}
+
+/// Adds what lists of fragments counted; `most` is how many each tile had room for.
+fn count(stats: &mut FrameStats, counts: ReadBack, most: &[u64]) -> Result<Outcome, Error> {
+    let (fragments, given_up) = total(counts.read()?, most)?;
+    stats.fragments_sorted = Some(fragments);
+    stats.lost_rays = Some(given_up);
+    if given_up > 0 {
+        stats.order_proven = Some(false);
+        let note = format!("{given_up} pixels are wrong: their fragments were not all sorted");
+        stats.notes.push(note);
+    }
+    Ok(Outcome::Complete)
 }
 
 /// How the cells of a view are ordered.
@@ -544,25 +503,6 @@ struct OrderedCells {
     /// Whether it is known to be right; `None` where any is.
     proven: Option<bool>,
     note: Option<String>,
-}
-
-/// How many fragments each tile got and how many of its pixels were not done, once the
-/// frame has run.
-struct Counts {
-    buffer: wgpu::Buffer,
-    /// How many each had room for.
-    most: Vec<u64>,
-}
-
-impl Counts {
-    fn read_back(
-        self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-    ) -> Result<(ReadBack, Vec<u64>), Error> {
-        let source = Source::Buffer(&self.buffer, self.buffer.size());
-        Ok((read_back(gpu, encoder, source)?, self.most))
-    }
 }
 
 /// The number of all fragments, and of pixels that were not done; more fragments than

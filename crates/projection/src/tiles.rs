@@ -7,8 +7,8 @@
 use std::ops::Range;
 
 use tetrascope_core::glam::{DVec2, DVec3};
-use tetrascope_core::{Error, Projection, TetMesh, View};
-use tetrascope_gpu::Normalization;
+use tetrascope_core::{Error, TetMesh, View};
+use tetrascope_f32::{ImagePlane, Normalization};
 
 /// A rectangle of pixels, row 0 at the top, and bounds of the fragments in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,9 +164,7 @@ pub(crate) fn boxes(
 }
 
 struct Screen {
-    axes: [DVec3; 3],
-    eye: DVec3,
-    perspective: bool,
+    plane: ImagePlane,
     /// Half the image.
     half: DVec2,
     /// Pixels a unit where w is 1.
@@ -178,31 +176,27 @@ const NEAR: f64 = 1.0 / (1 << 22) as f64;
 
 impl Screen {
     fn of(view: &View, normalization: &Normalization) -> Screen {
-        let camera = &view.camera;
-        let (right, up, forward) = camera.axes();
+        let plane = ImagePlane::new(view, normalization);
         let half = DVec2::new(view.width.into(), view.height.into()) / 2.0;
-        let (reach, perspective) = match camera.projection {
-            Projection::Perspective { view_angle } => ((view_angle.to_radians() / 2.0).tan(), true),
-            Projection::Orthographic { parallel_scale } => {
-                (parallel_scale / normalization.scale, false)
-            }
-        };
         Screen {
-            axes: [right, up, forward],
-            eye: normalization.point(camera.position),
-            perspective,
+            plane,
             half,
-            per_unit: DVec2::splat(half.y / reach),
+            per_unit: DVec2::splat(half.y / plane.reach[1]),
         }
     }
 
+    /// From the eye.
     fn camera_space(&self, p: DVec3) -> DVec3 {
-        DVec3::from(self.axes.map(|axis| axis.dot(p - self.eye)))
+        let ImagePlane {
+            right, up, forward, ..
+        } = self.plane;
+        DVec3::from([right, up, forward].map(|axis| axis.dot(p - self.plane.eye)))
     }
 
     /// `None` where the cell is behind the eye or out of the image.
     fn box_of(&self, p: [DVec3; 4]) -> Option<Pixels> {
-        let w = p.map(|p| if self.perspective { p.z } else { 1.0 });
+        let is_perspective = self.plane.is_perspective;
+        let w = p.map(|p| if is_perspective { p.z } else { 1.0 });
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut include = |p: DVec2, w: f64| {
             // Several times what the shader's f32 may lose, and the rasterizer.

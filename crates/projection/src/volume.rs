@@ -5,11 +5,12 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, Volume};
-use tetrascope_gpu::look::look_constants;
+use tetrascope_f32::{ANY_SCALAR, KnotPair, Normalization, ScalarMap, deepest, longest_edge};
+use tetrascope_gpu::passes::look_constants;
 use tetrascope_gpu::preintegration::{self, Table};
-use tetrascope_gpu::transfer_function::{Interval, intervals};
+use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Integration, Normalization, ScalarMap};
+use tetrascope_gpu::{Gpu, Integration};
 
 use crate::options::CellLayout;
 use crate::passes::cull::{Culled, Judged, cull};
@@ -96,6 +97,8 @@ pub(crate) struct Looked<'a> {
     pub(crate) pieces: bool,
     /// Whether the CPU has to know which.
     pub(crate) listed: bool,
+    /// Whether scalars come from a cell's gradient, which may lead beyond those of its corners.
+    pub(crate) extrapolates: bool,
 }
 
 /// The mesh of `volume`, or why there is none.
@@ -140,7 +143,7 @@ impl Geometry {
             normalization,
             positions: gpu.upload("the mesh's vertices", &positions, STORAGE)?,
             cells: gpu.upload("the mesh's cells", &cells, STORAGE)?,
-            longest: (longest_edge(mesh) / normalization.scale) as f32,
+            longest: longest_edge(mesh, &normalization),
             transformed: gpu.texture(
                 "of the mesh's vertices",
                 texels(positions.len(), VERTICES_PER_ROW),
@@ -167,8 +170,7 @@ impl Field {
             let values = &mesh.scalars().values;
             values.iter().map(|s| map.scalar(*s)).collect()
         };
-        let (low, high) = mesh.scalar_range().unwrap_or((0.0, 0.0));
-        let range = (map.scalar(low), map.scalar(high));
+        let range = map.range(mesh.scalar_range());
         let normalization = &geometry.normalization;
         Ok(Field {
             map,
@@ -200,7 +202,7 @@ impl Look {
     ) -> Result<Look, Error> {
         let (appearance, map) = (looked.appearance, &field.map);
         let tf = &appearance.transfer_function;
-        let mut intervals: Vec<Interval> = intervals(tf, map, &geometry.normalization)?;
+        let mut intervals: Vec<KnotPair> = knot_pairs(tf, map, &geometry.normalization)?;
         let source = preintegration::Source {
             integration: looked.integration,
             model: appearance.optical_model,
@@ -233,7 +235,11 @@ impl Look {
                 starts: starts.map(Arc::from),
             };
         }
-        let deepest_of_cells = deepest(&intervals, field.range, geometry.longest);
+        let scalars = match looked.extrapolates {
+            true => ANY_SCALAR,
+            false => field.range,
+        };
+        let deepest_of_cells = deepest(&intervals, scalars, geometry.longest);
         let deepest = match culled.in_parts {
             true => 1.0,
             false => deepest_of_cells,
@@ -268,27 +274,6 @@ impl Look {
             ..self.clone()
         })
     }
-}
-
-/// A bound of the optical depth of a segment in a field with scalars in `range`: the
-/// greatest extinction there times the longest edge, rounded up.
-fn deepest(intervals: &[Interval], (low, high): (f32, f32), longest: f32) -> f32 {
-    let met = intervals.iter().filter(|i| i.low <= high && low <= i.high);
-    let extinctions = met.flat_map(|i| [i.at_low[3], i.at_high[3]]);
-    let greatest = f64::from(extinctions.fold(0.0, f32::max));
-    // f32 may be under the bound by 2⁻²⁴ of it, and the shader's own rounding over it by as
-    // little.
-    (greatest * f64::from(longest) * (1.0 + 1e-5)).min(1e30) as f32
-}
-
-/// The longest edge of any cell, world units.
-fn longest_edge(mesh: &TetMesh) -> f64 {
-    let of_cell = |cell| {
-        let [p0, p1, p2, p3] = mesh.cell_points(cell);
-        let edges = [p1 - p0, p2 - p0, p3 - p0, p2 - p1, p3 - p1, p3 - p2];
-        edges.into_iter().map(|e| e.length()).fold(0.0, f64::max)
-    };
-    (0..mesh.cell_count()).map(of_cell).fold(0.0, f64::max)
 }
 
 /// Whether a cell is flat in the mesh's own coordinates.

@@ -1,6 +1,14 @@
 //! `repr(C)` mirrors of the structs in `rays.wgsl` and `march.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
+use tetrascope_gpu::wgpu;
+
+/// One instance per rectangle of [`rectangles`](tetrascope_f32::tiles::rectangles).
+pub(crate) const RECTANGLES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
+    array_stride: 16,
+    step_mode: wgpu::VertexStepMode::Instance,
+    attributes: &wgpu::vertex_attr_array![0 => Float32x4],
+};
 
 /// `March`: what changes every frame.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -14,8 +22,6 @@ pub(crate) struct March {
     pub(crate) anchor_y: [f32; 4],
     /// The eye with w = 1, or the common direction with w = 0.
     pub(crate) eye: [f32; 4],
-    /// Premultiplied.
-    pub(crate) background: [f32; 4],
     /// Of the camera, a unit vector; w is unused.
     pub(crate) forward: [f32; 4],
     /// t of the camera's plane from the anchors' plane; orthographic only.
@@ -26,8 +32,7 @@ pub(crate) struct March {
     pub(crate) tiles_x: u32,
     /// The optical depth beyond which a ray stops.
     pub(crate) stop_depth: f32,
-    /// World units in a normalized unit.
-    pub(crate) scale: f32,
+    pub(crate) unused: f32,
     /// Of the boundary that were peeled.
     pub(crate) layers: u32,
     /// A ray in this many layers may be in more, and searches lists.
@@ -106,14 +111,13 @@ mod tests {
                 anchor_x,
                 anchor_y,
                 eye,
-                background,
                 forward,
                 eye_depth,
                 width,
                 height,
                 tiles_x,
                 stop_depth,
-                scale,
+                unused,
                 layers,
                 listed_from
             }

@@ -5,8 +5,8 @@
 //!
 //! Two forms, [`Passes`]. In today's, all steps of a ray in one dispatch:
 //!
-//! 1. [`layout`] packs the mesh (the paper's section 4.1 and figure 8).
-//! 2. [`tiles`] lists the boundary faces where the rays of each tile may come in and
+//! 1. [`layout`](tetrascope_f32::layout) packs the mesh (the paper's section 4.1 and figure 8).
+//! 2. [`tiles`](tetrascope_f32::tiles) lists the boundary faces where the rays of each tile may come in and
 //!    come back (3.3, 3.4); or `single/layers.rs` and `peel.wgsl` peel the boundary (3.4).
 //! 3. `raycast_peel/walk.wgsl` decides which face a ray crosses (3.2).
 //! 4. `crossings.wgsl` finds the next boundary faces of a ray, `follow.wgsl` takes it from
@@ -46,7 +46,8 @@
 //!   no other tolerance; `walk.wgsl` says why a ray cannot be lost. What it assumes
 //!   of products is asked of each device once (`sides` of `tetrascope-gpu`).
 //! - Scalars and depths come from positive weights of a face's corners, not from
-//!   a cell's gradient, which overshoots on slivers.
+//!   a cell's gradient, which overshoots on slivers; what f32 loses of a sliver's weights is
+//!   taken back (`sides.wgsl`).
 //! - A cell takes 20 bytes instead of 144; where a field jumps between cells that touch without
 //!   sharing points, 16 more for the cell's own scalars.
 //!
@@ -97,7 +98,7 @@
 //! - Rays: of 103 809 024 that are aimed at vertices, at edges and along faces, on the meshes of
 //!   `single::aimed`, none was lost and none crossed the boundary an odd number of times.
 //! - Entry: lists of boundary faces by tile beat peeled layers ([`Entries`]) and a hierarchy of
-//!   boxes ([`tiles`]).
+//!   boxes ([`tiles`](tetrascope_f32::tiles)).
 //! - Order in memory: [`Locality`].
 //!
 //! # Limits
@@ -139,13 +140,10 @@
 //!   into the caller's encoder, as the CPU reads occlusion queries between passes.
 
 mod gpu_data;
-mod layout;
 mod options;
 mod ping_pong;
-mod rays;
 mod renderer;
 mod single;
-mod tiles;
 
 pub use options::{
     Crossings, Entries, INTEGRATIONS, Integration, Locality, MAX_TILES, Passes, RaycastOptions,

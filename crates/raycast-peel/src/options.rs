@@ -4,7 +4,7 @@ use tetrascope_core::Error;
 pub use tetrascope_gpu::Integration;
 use tetrascope_gpu::preintegration::OfSide;
 
-pub use crate::layout::Locality;
+pub use tetrascope_f32::Locality;
 
 /// How rays are cast.
 #[derive(Clone, Copy, Debug, PartialEq)]

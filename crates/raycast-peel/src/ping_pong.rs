@@ -3,7 +3,8 @@
 //! 1. [`mesh`] packs the mesh into three textures (section 4.1, figure 8).
 //! 2. [`tiles`] cuts the image (3.3).
 //! 3. [`passes`] records each phase (4.2, figure 7).
-//! 4. [`frame`] runs them until no ray is left: it waits for occlusion queries.
+//! 4. [`frame`] runs them until no ray is left: it waits for occlusion queries. What rays have
+//!    gathered then gets over the background as that of any renderer.
 
 mod frame;
 mod gpu_data;
@@ -13,16 +14,17 @@ mod passes;
 mod tiles;
 
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{Appearance, Error, View, Volume, VolumeRenderer};
+use tetrascope_core::{Appearance, Error, TetMesh, Volume};
+use tetrascope_f32::{ANY_SCALAR, ScalarMap, deepest};
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::preintegration::Table;
-use tetrascope_gpu::transfer_function::intervals;
+use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages};
-use tetrascope_gpu::{Gpu, Integration, ScalarMap};
+use tetrascope_gpu::{Gpu, Integration};
 
-use crate::options::RaycastOptions;
+use crate::options::{Crossings, RaycastOptions};
 use crate::renderer::tetrahedra;
-use crate::single::{Segments, deepest, mapped_range, table};
+use crate::single::{Segments, table};
 use mesh::Mesh;
 use passes::{Passes, StyledPasses};
 
@@ -58,7 +60,7 @@ impl Style {
         options: &RaycastOptions,
         last: Option<&Table>,
     ) -> Result<Style, Error> {
-        let intervals = intervals(
+        let intervals = knot_pairs(
             &appearance.transfer_function,
             &mesh.scalar_map,
             &mesh.normalization,
@@ -70,7 +72,7 @@ impl Style {
             scale: mesh.normalization.scale,
             intervals: &intervals,
             longest: mesh.longest_edge,
-            scalars: mapped_range(&mesh.source, &mesh.scalar_map),
+            scalars: mesh.scalar_map.range(mesh.source.scalar_range()),
         };
         let table = table(gpu, appearance, &segments, options, last)?;
         if options.integration == Integration::Exact && intervals.len() > MOST_INTERVALS {
@@ -81,9 +83,15 @@ impl Style {
                 unit: "intervals",
             });
         }
+        // Planes continue a cell's gradient.
+        let scalars = match options.crossings {
+            Crossings::Planes => ANY_SCALAR,
+            Crossings::Sides => segments.scalars,
+        };
+        let deepest = deepest(&intervals, scalars, mesh.longest_edge);
         let mut constants = vec![
             model,
-            ("DEEPEST", deepest(&intervals, mesh.longest_edge)),
+            ("DEEPEST", deepest.into()),
             ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
             ("JUMPS", f64::from(u8::from(!mesh.source.is_continuous()))),
         ];
@@ -91,7 +99,7 @@ impl Style {
         constants.extend(passes.constants());
         Ok(Style {
             appearance: appearance.clone(),
-            passes: passes.styled(gpu, &constants, &[model])?,
+            passes: passes.styled(gpu, &constants)?,
             table,
             intervals: gpu.upload("ping-pong::intervals", &intervals, BufferUsages::STORAGE)?,
         })
@@ -129,13 +137,16 @@ impl PingPong {
         )
     }
 
+    /// What is drawn, and its mesh.
+    pub(crate) fn scene(&self) -> (&Appearance, &TetMesh) {
+        (&self.style.appearance, &self.mesh.source)
+    }
+
     pub(crate) fn bytes_resident(&self) -> u64 {
         self.mesh.bytes() + self.style.intervals.size() + self.style.table.bytes()
     }
-}
 
-impl VolumeRenderer for PingPong {
-    fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+    pub(crate) fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         let source = tetrahedra(volume)?;
         let same_kind = source.scalars().association == self.mesh.source.scalars().association;
         if source.shares_geometry(&self.mesh.source) && same_kind {
@@ -154,16 +165,12 @@ impl VolumeRenderer for PingPong {
         Ok(())
     }
 
-    fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+    pub(crate) fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         if !self.mesh.scalar_map.suits(&appearance.transfer_function) {
             self.mesh.scalar_map = ScalarMap::of(&appearance.transfer_function);
             self.mesh.write_scalars(&self.gpu)?;
         }
         self.style = self.new_style(&self.mesh, appearance)?;
         Ok(())
-    }
-
-    fn render(&self, view: &View) -> Result<tetrascope_core::Frame, Error> {
-        self.draw(view)
     }
 }

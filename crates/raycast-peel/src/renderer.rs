@@ -1,7 +1,9 @@
 //! The renderer, whichever way it takes its steps.
 
-use tetrascope_core::{Abilities, Appearance, Error, Frame, TetMesh, View, Volume, VolumeRenderer};
-use tetrascope_gpu::{Gpu, wgpu};
+use tetrascope_core::{
+    Abilities, Appearance, Bounds, Error, Frame, TetMesh, View, Volume, VolumeRenderer,
+};
+use tetrascope_gpu::{Canvas, Commands, Draw, Gpu, Recorded, Target, draw};
 
 use crate::options::{Passes, RaycastOptions};
 use crate::ping_pong::PingPong;
@@ -11,6 +13,7 @@ use crate::{ABILITIES, NAME};
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
 pub struct RaycastPeel {
+    canvas: Canvas,
     form: Form,
 }
 
@@ -18,6 +21,22 @@ pub struct RaycastPeel {
 enum Form {
     Single(Box<Single>),
     PingPong(Box<PingPong>),
+}
+
+impl Form {
+    /// How it steps, what it draws, and the mesh.
+    fn scene(&self) -> (Passes, &Appearance, &TetMesh) {
+        match self {
+            Form::Single(single) => {
+                let (appearance, mesh) = single.scene();
+                (Passes::Single, appearance, mesh)
+            }
+            Form::PingPong(ping_pong) => {
+                let (appearance, mesh) = ping_pong.scene();
+                (Passes::PingPong, appearance, mesh)
+            }
+        }
+    }
 }
 
 impl RaycastPeel {
@@ -32,7 +51,7 @@ impl RaycastPeel {
         appearance: &Appearance,
         options: &RaycastOptions,
     ) -> Result<RaycastPeel, Error> {
-        check(options.passes, appearance)?;
+        check(options.passes, appearance, &volume.bounds())?;
         options.validate()?;
         let form = match options.passes {
             Passes::Single => {
@@ -42,7 +61,10 @@ impl RaycastPeel {
                 Form::PingPong(Box::new(PingPong::new(gpu, volume, appearance, options)?))
             }
         };
-        Ok(RaycastPeel { form })
+        Ok(RaycastPeel {
+            canvas: Canvas::new(gpu)?,
+            form,
+        })
     }
 
     /// Bytes on the device between frames, images and traversal state not counted.
@@ -52,45 +74,23 @@ impl RaycastPeel {
             Form::PingPong(ping_pong) => ping_pong.bytes_resident(),
         }
     }
+}
 
-    /// Records one frame into `image`, an Rgba32Float storage texture, and where there are
-    /// isosurfaces their depths into `depths`, R32Float: along the ray, world units, 3e38
-    /// for none. Both are as large as the view; the caller submits. What the frame
-    /// did is in the buffer returned, once the commands have run: six `u32`, the number of
-    /// cells passed (its lower half first), paths, rays that cross the boundary an odd number
-    /// of times, rays that were lost, and rays that were not done.
-    ///
-    /// Sixteen dispatches are recorded for each part of the picture, as nobody reads in
-    /// between whether rays are left; those that find none are empty. Only rays
-    /// through some ten thousand cells, or some thousand parts of the mesh, need
-    /// more: [`VolumeRenderer::render`] goes on until all are done.
-    ///
-    /// # Errors
-    /// A view that is no view, and more pairs of tile and boundary face than 32 bits count.
-    /// [`Passes::PingPong`] is unsupported: how many passes a frame takes is known only from
-    /// occlusion queries that the CPU reads in between, and a bound that needs none, the
-    /// number of cells, is hundreds of times what rays take. So is
-    /// [`Entries::PeeledLayers`](crate::Entries), where they tell how many layers there are.
-    pub fn encode(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        view: &View,
-        image: &wgpu::TextureView,
-        depths: Option<&wgpu::TextureView>,
-    ) -> Result<wgpu::Buffer, Error> {
-        match &self.form {
-            Form::Single(single) => single.encode(encoder, view, image, depths),
-            Form::PingPong(_) => Err(Error::Unsupported {
-                renderer: NAME,
-                what: "a step a pass into the caller's encoder".into(),
-                reason: "the CPU reads between passes whether rays are left".into(),
-            }),
+#[cfg(test)]
+impl RaycastPeel {
+    /// What draws with `single`.
+    pub(crate) fn with(gpu: &Gpu, single: Single) -> RaycastPeel {
+        RaycastPeel {
+            canvas: Canvas::new(gpu).expect("one texel"),
+            form: Form::Single(Box::new(single)),
         }
     }
 }
 
 impl VolumeRenderer for RaycastPeel {
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+        let (passes, appearance, _) = self.form.scene();
+        check(passes, appearance, &volume.bounds())?;
         match &mut self.form {
             Form::Single(single) => single.reload(volume),
             Form::PingPong(ping_pong) => ping_pong.reload(volume),
@@ -98,34 +98,56 @@ impl VolumeRenderer for RaycastPeel {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        let (passes, _, mesh) = self.form.scene();
+        check(passes, appearance, &mesh.bounds())?;
         match &mut self.form {
-            Form::Single(single) => {
-                check(Passes::Single, appearance)?;
-                single.restyle(appearance)
-            }
-            Form::PingPong(ping_pong) => {
-                check(Passes::PingPong, appearance)?;
-                ping_pong.restyle(appearance)
-            }
+            Form::Single(single) => single.restyle(appearance),
+            Form::PingPong(ping_pong) => ping_pong.restyle(appearance),
         }
     }
 
     fn render(&self, view: &View) -> Result<Frame, Error> {
+        draw::render(self, view)
+    }
+}
+
+impl Draw for RaycastPeel {
+    fn canvas(&self) -> &Canvas {
+        &self.canvas
+    }
+
+    /// Into a caller's encoder, sixteen dispatches are recorded for each part of the picture, as
+    /// nobody reads in between whether rays are left; those that find none are empty. Only rays
+    /// through some ten thousand cells, or some thousand parts of the mesh, need more; those that
+    /// are not done are counted as lost. [`VolumeRenderer::render`] goes on until all are.
+    ///
+    /// # Errors
+    /// More pairs of tile and boundary face than 32 bits count. In a caller's encoder
+    /// [`Passes::PingPong`] is unsupported: how many passes a frame takes is known only from
+    /// occlusion queries that the CPU reads in between, and a bound that needs none, the
+    /// number of cells, is hundreds of times what rays take. So is
+    /// [`Entries::PeeledLayers`](crate::Entries), where they tell how many layers there are.
+    fn record(
+        &self,
+        commands: &mut Commands,
+        view: &View,
+        target: &Target,
+    ) -> Result<Recorded, Error> {
         match &self.form {
-            Form::Single(single) => single.render(view),
-            Form::PingPong(ping_pong) => ping_pong.render(view),
+            Form::Single(single) => single.record(&self.canvas, commands, view, target),
+            Form::PingPong(ping_pong) => ping_pong.record(&self.canvas, commands, view, target),
         }
     }
 }
 
 /// Refuses what this many steps a pass do not draw: the paper ends with the volumetric
 /// optical models.
-fn check(passes: Passes, appearance: &Appearance) -> Result<(), Error> {
-    ABILITIES.check(NAME, appearance)?;
+fn check(passes: Passes, appearance: &Appearance, bounds: &Bounds) -> Result<(), Error> {
+    ABILITIES.check(NAME, appearance, bounds)?;
     if passes == Passes::Single {
         return Ok(());
     }
-    let refused = Abilities::default().check(NAME, appearance);
+    let refused = Abilities::default().check(NAME, appearance, bounds);
     refused.map_err(|error| match error {
         Error::Unsupported { renderer, what, .. } => Error::Unsupported {
             renderer,

@@ -1,27 +1,25 @@
 //! Every ray to its end in one dispatch: what is uploaded when, and what a frame records.
 
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::{Arc, OnceLock};
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::{
-    Appearance, Error, Frame, FrameStats, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
-};
-use tetrascope_gpu::look::look_constants;
+use tetrascope_core::{Appearance, Error, FrameStats, OpticalModel, TetMesh, View, Volume};
+use tetrascope_f32::tiles::TILE;
+use tetrascope_f32::{KnotPair, Rays, ScalarMap, Tiles, deepest, mean_chord};
 use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
-use tetrascope_gpu::passes::{compute_pipeline, model_constant, module};
-use tetrascope_gpu::preintegration::{self, Table, mean_chord};
-use tetrascope_gpu::transfer_function::{Interval, intervals};
-use tetrascope_gpu::wgpu::{self, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Integration, ScalarMap, Timer, read_back, sides, timer};
+use tetrascope_gpu::passes::{compute_pipeline, look_constants, model_constant, module};
+use tetrascope_gpu::preintegration::{self, Table};
+use tetrascope_gpu::transfer_function::knot_pairs;
+use tetrascope_gpu::wgpu::{self, ComputePipeline, TextureFormat, TextureUsages};
+use tetrascope_gpu::{
+    Canvas, Commands, Gpu, Integration, Outcome, Recorded, SumsKind, Target, read_back, sides,
+};
 
 use crate::NAME;
 use crate::gpu_data::{Counters, March, Progress};
 use crate::options::{Entries, RaycastOptions};
-use crate::rays::Rays;
 use crate::renderer::tetrahedra;
-use crate::tiles::{TILE, Tiles};
 
 const LABEL: &str = "raycast-peel::cast";
 
@@ -32,9 +30,6 @@ const MOST_DISPATCHES: u32 = 1 << 16;
 /// Dispatches that [`Single::encode`] records, as nobody reads between them what is left.
 const RECORDED: u32 = 16;
 
-/// What the shader writes for a ray that meets no surface: infinity is nothing to count on.
-const NO_SURFACE: f32 = 3e38;
-
 mod budget;
 mod cast;
 mod layers;
@@ -44,7 +39,7 @@ use budget::Budget;
 use cast::{Cast, Size, Targets};
 use layers::{Layers, Peeling};
 use mesh::Kind;
-pub(crate) use mesh::{Mesh, TRANSPARENT_SCALAR, longest_edge};
+pub(crate) use mesh::{Mesh, TRANSPARENT_SCALAR};
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
@@ -54,9 +49,10 @@ pub(crate) struct Single {
     mesh: Mesh,
     style: Style,
     peeling: Option<Peeling>,
-    timer: Option<Timer>,
+    /// What is bound where there are no isosurfaces.
+    no_distances: wgpu::Texture,
     /// Whether a frame had rays that one dispatch did not finish.
-    is_long: AtomicBool,
+    is_long: Arc<AtomicBool>,
 }
 
 /// Where a frame's rays cross the boundary.
@@ -74,11 +70,11 @@ fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
 #[derive(Debug)]
 struct Style {
     appearance: Appearance,
-    /// For frames that one dispatch draws.
-    pipeline: wgpu::ComputePipeline,
-    /// For others: most volumes never need it.
-    resuming: OnceLock<wgpu::ComputePipeline>,
+    /// For frames that one dispatch draws, and for others; both once more for rays that end
+    /// before an application's geometry. Compiled when they are first needed.
+    pipelines: [OnceLock<wgpu::ComputePipeline>; 4],
     constants: Vec<(&'static str, f64)>,
+    deepest: f32,
     intervals: wgpu::Texture,
     table: Table,
 }
@@ -91,7 +87,7 @@ impl Style {
         options: &RaycastOptions,
         last: Option<&Table>,
     ) -> Result<Style, Error> {
-        let intervals = intervals(
+        let intervals = knot_pairs(
             &appearance.transfer_function,
             &mesh.scalar_map,
             &mesh.normalization,
@@ -101,28 +97,32 @@ impl Style {
             scale: mesh.normalization.scale,
             intervals: &intervals,
             longest: mesh.longest_edge,
-            scalars: mapped_range(&mesh.source, &mesh.scalar_map),
+            scalars: mesh.scalars(),
         };
         let table = table(gpu, appearance, &segments, options, last)?;
+        let deepest = deepest(&intervals, segments.scalars, mesh.longest_edge);
         let mut constants = constants(gpu, mesh, appearance, &intervals, options)?;
+        constants.push(("DEEPEST", deepest.into()));
         constants.extend(table.constants(segments.scalars));
         constants.extend(Budget::new(appearance)?.constants());
-        Ok(Style {
+        let style = Style {
             appearance: appearance.clone(),
-            pipeline: pipeline(gpu, &constants)?,
-            resuming: OnceLock::new(),
+            pipelines: Default::default(),
             constants,
+            deepest,
             table,
             intervals: gpu.upload_texels(
                 "of the transfer function",
                 TextureFormat::Rgba32Float,
                 &texels(&intervals),
             )?,
-        })
+        };
+        style.pipeline(gpu, false, false)?;
+        Ok(style)
     }
 }
 
-fn pipeline(gpu: &Gpu, constants: &[(&str, f64)]) -> Result<wgpu::ComputePipeline, Error> {
+fn compiled(gpu: &Gpu, constants: &[(&str, f64)]) -> Result<wgpu::ComputePipeline, Error> {
     gpu.checked(LABEL, 0, || {
         let program = module(gpu, LABEL, tetrascope_shaders::raycast_peel::MARCH);
         compute_pipeline(gpu, LABEL, &program, Some("cs_cast"), constants, &[])
@@ -134,7 +134,7 @@ pub(crate) struct Segments<'a> {
     pub(crate) mesh: &'a TetMesh,
     /// World units in a normalized unit.
     pub(crate) scale: f64,
-    pub(crate) intervals: &'a [Interval],
+    pub(crate) intervals: &'a [KnotPair],
     /// The longest that there can be, normalized.
     pub(crate) longest: f32,
     /// The least and the greatest scalar, mapped.
@@ -179,12 +179,6 @@ pub(crate) fn table(
     }
 }
 
-/// The least and the greatest scalar, mapped.
-pub(crate) fn mapped_range(mesh: &TetMesh, map: &ScalarMap) -> (f32, f32) {
-    let (low, high) = mesh.scalar_range().unwrap_or((0.0, 0.0));
-    (map.scalar(low), map.scalar(high))
-}
-
 /// The constant of `sides.wgsl`.
 pub(crate) fn sides_constant(
     gpu: &Gpu,
@@ -201,7 +195,7 @@ fn constants(
     gpu: &Gpu,
     mesh: &Mesh,
     appearance: &Appearance,
-    intervals: &[Interval],
+    intervals: &[KnotPair],
     options: &RaycastOptions,
 ) -> Result<Vec<(&'static str, f64)>, Error> {
     let kind = Kind::of(&mesh.source);
@@ -213,7 +207,6 @@ fn constants(
         cued,
         model_constant(appearance.optical_model),
         ("INTERVAL_COUNT", intervals.len() as f64),
-        ("DEEPEST", deepest(intervals, mesh.longest_edge)),
         ("SCALARS_PER_CELL", f64::from(u8::from(kind == Kind::Cells))),
         ("CORNER_SCALARS", f64::from(u8::from(kind == Kind::Corners))),
         ("LAYERED", f64::from(u8::from(layered))),
@@ -221,30 +214,38 @@ fn constants(
 }
 
 impl Style {
-    /// The pipeline for rays that go on from dispatch to dispatch.
-    fn resuming(&self, gpu: &Gpu) -> Result<&wgpu::ComputePipeline, Error> {
-        if let Some(pipeline) = self.resuming.get() {
+    /// Whether the constants hold for `mesh`, too, with the same map of scalars: programs
+    /// ask only whether the bound of depths is at most 1.
+    fn holds_for(&self, mesh: &Mesh) -> Result<bool, Error> {
+        let tf = &self.appearance.transfer_function;
+        let intervals = knot_pairs(tf, &mesh.scalar_map, &mesh.normalization)?;
+        let deepest = deepest(&intervals, mesh.scalars(), mesh.longest_edge);
+        Ok(self.deepest > 1.0 || deepest <= 1.0)
+    }
+
+    /// The pipeline, with `resumes` for rays that go on from dispatch to dispatch, and with
+    /// `ends` for rays that end before an application's geometry.
+    fn pipeline(&self, gpu: &Gpu, resumes: bool, ends: bool) -> Result<&ComputePipeline, Error> {
+        let slot = &self.pipelines[usize::from(resumes) + 2 * usize::from(ends)];
+        if let Some(pipeline) = slot.get() {
             return Ok(pipeline);
         }
         let mut constants = self.constants.clone();
-        constants.extend([("RESUMES", 1.0), ("TREES", 1.0)]);
-        let made = pipeline(gpu, &constants)?;
-        Ok(self.resuming.get_or_init(|| made))
+        if resumes {
+            constants.extend([("RESUMES", 1.0), ("TREES", 1.0)]);
+        }
+        if ends {
+            constants.push(("ENDS", 1.0));
+        }
+        let made = compiled(gpu, &constants)?;
+        Ok(slot.get_or_init(|| made))
     }
 }
 
 /// Three texels an interval.
-fn texels(intervals: &[Interval]) -> Vec<[f32; 4]> {
-    let three = |i: &Interval| [i.at_low, i.at_high, [i.low, i.high, i.inverse_width, 0.0]];
+fn texels(intervals: &[KnotPair]) -> Vec<[f32; 4]> {
+    let three = |i: &KnotPair| [i.at_low, i.at_high, [i.low, i.high, i.inverse_width, 0.0]];
     intervals.iter().flat_map(three).collect()
-}
-
-/// A bound of the optical depth of a cell; what only deeper ones need is not compiled.
-pub(crate) fn deepest(intervals: &[Interval], longest_edge: f32) -> f64 {
-    let extinctions = intervals.iter().flat_map(|i| [i.at_low[3], i.at_high[3]]);
-    let greatest = f64::from(extinctions.fold(0.0, f32::max));
-    // Lengths and depths are rounded on the way.
-    (1.001 * greatest * f64::from(longest_edge)).min(1e30)
 }
 
 impl Single {
@@ -269,12 +270,22 @@ impl Single {
             mesh,
             gpu: gpu.clone(),
             options: *options,
-            timer: Timer::new(gpu)?,
-            is_long: AtomicBool::new(false),
+            no_distances: gpu.texture(
+                "raycast-peel::no_distances",
+                (1, 1),
+                TextureFormat::R32Float,
+                TextureUsages::STORAGE_BINDING,
+            )?,
+            is_long: Arc::default(),
         })
     }
 
     /// Bytes on the device between frames, the image not counted.
+    /// What is drawn, and its mesh.
+    pub(crate) fn scene(&self) -> (&Appearance, &TetMesh) {
+        (&self.style.appearance, &self.mesh.source)
+    }
+
     pub(crate) fn bytes_resident(&self) -> u64 {
         let textures = self
             .mesh
@@ -282,29 +293,6 @@ impl Single {
             .into_iter()
             .chain([&self.style.intervals]);
         textures.map(texture_bytes).sum::<u64>() + self.style.table.bytes()
-    }
-
-    /// Records one frame into `image`, an Rgba32Float storage texture, and where there are
-    /// isosurfaces into `depths`, R32Float; both as large as the view. The caller submits.
-    /// What the frame did is in the buffer returned, once the commands have run.
-    pub(crate) fn encode(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        view: &View,
-        image: &wgpu::TextureView,
-        depths: Option<&wgpu::TextureView>,
-    ) -> Result<wgpu::Buffer, Error> {
-        view.validate()?;
-        if self.peeling.is_some() {
-            return Err(Error::Unsupported {
-                renderer: NAME,
-                what: "peeled layers into the caller's encoder".into(),
-                reason: "the CPU reads between layers whether there are more".into(),
-            });
-        }
-        let rays = Rays::new(view, &self.mesh.normalization);
-        let found = Found::Lists(self.lists(view, &rays)?);
-        self.encode_resuming(encoder, view, &rays, found, (image, depths))
     }
 
     /// The boundary faces that the rays of each tile may meet.
@@ -323,25 +311,32 @@ impl Single {
     }
 
     /// Records what draws any volume whose rays are done in so many dispatches: those that
-    /// find no ray left are empty.
-    fn encode_resuming(
+    /// find no ray left are empty. Returns the counters.
+    fn record_blindly(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         view: &View,
         rays: &Rays,
-        found: Found,
-        targets: Targets,
+        targets: &Targets,
     ) -> Result<wgpu::Buffer, Error> {
+        if self.peeling.is_some() {
+            return Err(Error::Unsupported {
+                renderer: NAME,
+                what: "peeled layers into the caller's encoder".into(),
+                reason: "the CPU reads between layers whether there are more".into(),
+            });
+        }
+        let found = Found::Lists(self.lists(view, rays)?);
         let found = self.trees(view, rays, found)?;
         let cast = Cast::new(self, view, rays, &found, targets, true)?;
         let bands = cast.bands();
         let states = cast.states(&bands)?;
         for band in bands {
             let mut last = cast.progress(band, false, false)?;
-            cast.record(encoder, Size::Band(band), &last, &states, None)?;
+            cast.record(encoder, Size::Band(band), &last, &states)?;
             for dispatch in 1..RECORDED {
                 let progress = cast.progress(band, true, dispatch + 1 == RECORDED)?;
-                cast.record(encoder, Size::Left(&last), &progress, &states, None)?;
+                cast.record(encoder, Size::Left(&last), &progress, &states)?;
                 last = progress;
             }
         }
@@ -360,12 +355,12 @@ impl Single {
         })
     }
 
-    /// A texture for depths.
-    fn depths(&self, size: (u32, u32)) -> Result<wgpu::Texture, Error> {
-        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
-        let label = "raycast-peel::depths";
-        self.gpu
-            .texture(label, size, TextureFormat::R32Float, usage)
+    fn sums_kind(&self) -> SumsKind {
+        SumsKind {
+            format: TextureFormat::Rgba32Float,
+            usage: TextureUsages::STORAGE_BINDING,
+            distances: self.style.appearance.optical_model == OpticalModel::Isosurfaces,
+        }
     }
 
     fn march(&self, view: &View, rays: &Rays) -> March {
@@ -375,22 +370,21 @@ impl Single {
             anchor_x: extended(rays.anchor_x, 0.0),
             anchor_y: extended(rays.anchor_y, 0.0),
             eye: extended(rays.eye, if rays.is_point { 1.0 } else { 0.0 }),
-            background: view.premultiplied_background().map(|c| c as f32),
             forward: extended(rays.forward, 0.0),
             eye_depth: rays.eye_depth as f32,
             width: view.width,
             height: view.height,
             tiles_x: view.width.div_ceil(TILE),
             stop_depth: self.options.stop_depth(),
-            scale: self.mesh.normalization.scale as f32,
+            unused: 0.0,
             layers: 0,
             listed_from: u32::MAX,
         }
     }
 }
 
-impl VolumeRenderer for Single {
-    fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+impl Single {
+    pub(crate) fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         let source = tetrahedra(volume)?;
         let (gpu, old) = (&self.gpu, &self.mesh);
         let appearance = &self.style.appearance;
@@ -407,16 +401,17 @@ impl VolumeRenderer for Single {
             false => Mesh::new(gpu, source, map, self.options.locality)?,
         };
         // A table's program knows whether scalars leave it.
-        if !keeps_map || self.options.integration != Integration::Exact {
+        let holds = keeps_map && self.style.holds_for(&mesh)?;
+        if !holds || self.options.integration != Integration::Exact {
             let table = Some(&self.style.table);
             self.style = Style::new(gpu, &mesh, appearance, &self.options, table)?;
         }
-        self.is_long = AtomicBool::new(false);
+        self.is_long = Arc::default();
         self.mesh = mesh;
         Ok(())
     }
 
-    fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+    pub(crate) fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         let (gpu, old) = (&self.gpu, &self.mesh);
         let range = old.source.scalar_range();
         let mesh = match old.scalar_map.suits_appearance(appearance, range) {
@@ -429,73 +424,96 @@ impl VolumeRenderer for Single {
         let drawn = mesh.as_ref().unwrap_or(old);
         let table = Some(&self.style.table);
         self.style = Style::new(gpu, drawn, appearance, &self.options, table)?;
-        self.is_long = AtomicBool::new(false);
+        self.is_long = Arc::default();
         if let Some(mesh) = mesh {
             self.mesh = mesh;
         }
         Ok(())
     }
 
-    fn render(&self, view: &View) -> Result<Frame, Error> {
-        view.validate()?;
-        let start = Instant::now();
+    pub(crate) fn record(
+        &self,
+        canvas: &Canvas,
+        commands: &mut Commands,
+        view: &View,
+        target: &Target,
+    ) -> Result<Recorded, Error> {
         let gpu = &self.gpu;
-        let image = gpu.texture(
-            "raycast-peel::image",
-            (view.width, view.height),
-            TextureFormat::Rgba32Float,
-            TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC,
-        )?;
-        let has_depths = self.style.appearance.optical_model == OpticalModel::Isosurfaces;
-        let depths = has_depths
-            .then(|| self.depths((view.width, view.height)))
-            .transpose()?;
-        let rays = Rays::new(view, &self.mesh.normalization);
-        let mut found = self.find(view, &rays)?;
+        let model = self.style.appearance.optical_model;
+        let normalization = &self.mesh.normalization;
+        let sums = canvas.sums(view, self.sums_kind())?;
+        let rays = Rays::new(view, normalization);
+        // Surfaces are hidden when they are put among the geometry.
+        let depth = target.depth.as_ref();
+        let depth = depth.filter(|_| model != OpticalModel::Isosurfaces);
+        let anchor_depth = -rays.eye_depth;
+        let encoder = commands.encoder();
+        let (ends, has_ends) = canvas.ends(encoder, view, normalization, anchor_depth, depth)?;
+        let targets = Targets {
+            sums: &sums,
+            ends: &ends,
+            has_ends,
+        };
         let mut stats = FrameStats::default();
+        stats.bytes_resident = self.bytes_resident();
+        let is_long = self.is_long.load(Ordering::Relaxed);
+        let counters = match commands.may_submit() {
+            false => self.record_blindly(commands.encoder(), view, &rays, &targets)?,
+            true => self.record_watched(commands, (view, &rays), &targets, &mut stats, is_long)?,
+        };
+        let bytes = size_of::<Counters>() as u64;
+        let encoder = commands.encoder();
+        let counters = read_back(gpu, encoder, Source::Buffer(&counters, bytes))?;
+        canvas.put(encoder, view, normalization, (model, &sums), target)?;
+        stats.passes += 1;
+        let watched = commands.may_submit().then(|| self.is_long.clone());
+        let mut recorded = Recorded::new(stats).then(move |stats| {
+            let counters = one::<Counters>(counters)?;
+            if let Some(mark) = watched.filter(|_| counters.rays_left > 0 && !is_long) {
+                mark.store(true, Ordering::Relaxed);
+                return Ok(Outcome::Incomplete);
+            }
+            counters.count(stats);
+            Ok(Outcome::Complete)
+        });
+        if let Some(distances) = &sums.distances {
+            recorded = recorded.with_distances(distances, normalization.scale);
+        }
+        Ok(recorded)
+    }
+
+    /// Records one dispatch, which most volumes are done in; where it is known that rays are
+    /// left, submits as many as it takes. Returns the counters.
+    fn record_watched(
+        &self,
+        commands: &mut Commands,
+        (view, rays): (&View, &Rays),
+        targets: &Targets,
+        stats: &mut FrameStats,
+        is_long: bool,
+    ) -> Result<wgpu::Buffer, Error> {
+        if is_long || self.peeling.is_some() {
+            commands.submit()?;
+        }
+        let found = self.find(view, rays)?;
         if let Found::Layers(layers, _) = &found {
             stats.passes = layers.passes;
             stats.layers = Some(layers.full);
         }
-        let views = (view_of(&image), depths.as_ref().map(view_of));
-        let targets = (&views.0, views.1.as_ref());
-        let mut drawn = None;
-        if !self.is_long.load(Ordering::Relaxed) {
-            let cast = Cast::new(self, view, &rays, &found, targets, false)?;
-            let (progress, room) = (cast.progress(cast.whole(), false, true)?, cast.room(1)?);
-            // Layers were peeled before the timer began.
-            let timer = self.timer.as_ref().filter(|_| self.peeling.is_none());
-            let times = timer.map(Timer::only_compute_pass);
-            let mut encoder = new_encoder(gpu);
-            let size = Size::Band(cast.whole());
-            cast.record(&mut encoder, size, &progress, &room, times)?;
-            stats.passes += 1;
-            let picture = Picture::take(gpu, encoder, &image, depths.as_ref(), &cast, timer)?;
-            match picture.counters.rays_left {
-                0 => drawn = Some(picture),
-                _ => self.is_long.store(true, Ordering::Relaxed),
-            }
+        if is_long {
+            let found = self.trees(view, rays, found)?;
+            let cast = Cast::new(self, view, rays, &found, targets, true)?;
+            self.finish(&cast, &mut stats.passes, MOST_DISPATCHES)?;
+            return Ok(cast.counters);
         }
-        let picture = match drawn {
-            Some(picture) => picture,
-            None => {
-                found = self.trees(view, &rays, found)?;
-                let cast = Cast::new(self, view, &rays, &found, targets, true)?;
-                self.finish(&cast, &mut stats.passes, MOST_DISPATCHES)?;
-                let encoder = new_encoder(gpu);
-                Picture::take(gpu, encoder, &image, depths.as_ref(), &cast, None)?
-            }
-        };
-        picture.count(&mut stats);
-        stats.bytes_resident = self.bytes_resident();
-        stats.cpu_seconds = start.elapsed().as_secs_f64();
-        let mut frame = Frame::new((view.width, view.height), picture.pixels, stats);
-        frame.depths = picture.depths;
-        Ok(frame)
+        let cast = Cast::new(self, view, rays, &found, targets, false)?;
+        let (progress, room) = (cast.progress(cast.whole(), false, true)?, cast.room(1)?);
+        let whole = Size::Band(cast.whole());
+        cast.record(commands.encoder(), whole, &progress, &room)?;
+        stats.passes += 1;
+        Ok(cast.counters)
     }
-}
 
-impl Single {
     /// Dispatches until all rays are done, band by band, or `most` times for each. Returns how
     /// many are not done.
     fn finish(&self, cast: &Cast, passes: &mut u64, most: u32) -> Result<u32, Error> {
@@ -508,7 +526,7 @@ impl Single {
                 let is_last = dispatch + 1 == most;
                 let progress = cast.progress(band, dispatch > 0, is_last)?;
                 let mut encoder = new_encoder(gpu);
-                cast.record(&mut encoder, Size::Band(band), &progress, &states, None)?;
+                cast.record(&mut encoder, Size::Band(band), &progress, &states)?;
                 *passes += 1;
                 let bytes = size_of::<Progress>() as u64;
                 let progress = read_back(gpu, &mut encoder, Source::Buffer(&progress, bytes))?;
@@ -537,63 +555,15 @@ fn too_many_faces() -> Error {
     }
 }
 
-/// What a frame's dispatches left on the device.
-struct Picture {
-    pixels: Vec<[f32; 4]>,
-    depths: Option<Vec<f32>>,
-    counters: Counters,
-    gpu_seconds: Option<f64>,
-}
-
-impl Picture {
-    /// Submits what was recorded and waits for it.
-    fn take(
-        gpu: &Gpu,
-        mut encoder: wgpu::CommandEncoder,
-        image: &wgpu::Texture,
-        depths: Option<&wgpu::Texture>,
-        cast: &Cast,
-        timer: Option<&Timer>,
-    ) -> Result<Picture, Error> {
-        let depths = depths.map(|texture| read_back(gpu, &mut encoder, Source::Texture(texture)));
-        let depths = depths.transpose()?;
-        let pixels = read_back(gpu, &mut encoder, Source::Texture(image))?;
-        let bytes = size_of::<Counters>() as u64;
-        let counters = read_back(gpu, &mut encoder, Source::Buffer(&cast.counters, bytes))?;
-        let times = timer.map(|timer| timer.resolve(gpu, &mut encoder));
-        let times = times.transpose()?;
-        let submitted = Instant::now();
-        gpu.finish(encoder)?;
-        let waited = submitted.elapsed();
-        let gpu_seconds = match timer {
-            Some(_) => timer::seconds(gpu, times, waited)?,
-            None => None,
-        };
-        let finite = |depths: ReadBack| {
-            let mut depths: Vec<f32> = depths.read()?;
-            for depth in depths.iter_mut().filter(|depth| **depth >= NO_SURFACE) {
-                *depth = f32::INFINITY;
-            }
-            Ok::<_, Error>(depths)
-        };
-        Ok(Picture {
-            pixels: pixels.read()?,
-            depths: depths.map(finite).transpose()?,
-            counters: one(counters)?,
-            gpu_seconds,
-        })
-    }
-
+impl Counters {
     fn count(&self, stats: &mut FrameStats) {
-        let counters = &self.counters;
-        let high = u64::from(counters.cell_visits_high) << 32;
-        stats.cell_visits = Some(high | u64::from(counters.cell_visits_low));
-        stats.paths = Some(counters.paths.into());
-        stats.unpaired_faces = Some(counters.unpaired_faces.into());
+        let high = u64::from(self.cell_visits_high) << 32;
+        stats.cell_visits = Some(high | u64::from(self.cell_visits_low));
+        stats.paths = Some(self.paths.into());
+        stats.unpaired_faces = Some(self.unpaired_faces.into());
         // A ray that was given up is as lost as one that came out where it should not.
-        let (lost, left) = (counters.lost_rays, counters.rays_left);
+        let (lost, left) = (self.lost_rays, self.rays_left);
         stats.lost_rays = Some(u64::from(lost) + u64::from(left));
-        stats.gpu_seconds = self.gpu_seconds;
         if left > 0 {
             stats.notes.push(format!(
                 "{left} rays were given up after many dispatches and show a part of what they \

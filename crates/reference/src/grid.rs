@@ -39,7 +39,7 @@ use tetrascope_core::appearance::{CueRamp, clip_ray};
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::Interpolation;
 use tetrascope_core::optics::over;
-use tetrascope_core::{Appearance, DepthCue, Error, Grid, OpticalModel, Ray, View};
+use tetrascope_core::{Appearance, Bounds, DepthCue, Error, Grid, OpticalModel, Ray, View};
 
 use crate::ray::{Consistency, Outcome};
 use crate::trace::Interval;
@@ -79,6 +79,10 @@ pub(crate) struct GridScene<'a> {
 }
 
 impl GridBody {
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.grid.bounds()
+    }
+
     pub(crate) fn new(grid: &Grid) -> GridBody {
         GridBody {
             turn: grid.direction().inverse(),
@@ -165,17 +169,20 @@ impl GridBody {
 }
 
 impl GridScene<'_> {
-    /// Draws the pixels in `columns` × `rows`, row by row, each with the number of cells met.
+    /// Draws the pixels in `columns` × `rows`, row by row, each with the number of cells met. The
+    /// ray of a pixel ends `end_of` its column and row, world units.
     pub(crate) fn draw(
         &self,
         view: &View,
         columns: Range<u32>,
         rows: Range<u32>,
+        end_of: &dyn Fn(u32, u32) -> f64,
     ) -> Vec<(Outcome, usize)> {
         rows.flat_map(|row| columns.clone().map(move |column| (column, row)))
             .map(|(column, row)| {
                 let mut visits = 0;
-                let outcome = self.follow(&view.ray(column, row), |_, _| visits += 1);
+                let (ray, end) = (view.ray(column, row), end_of(column, row));
+                let outcome = self.follow(&ray, end, |_, _| visits += 1);
                 (outcome, visits)
             })
             .collect()
@@ -184,7 +191,7 @@ impl GridScene<'_> {
     /// Follows one ray with a unit direction and lists the cells that are not transparent.
     pub(crate) fn trace(&self, ray: &Ray) -> (Outcome, Vec<Interval>) {
         let mut intervals = Vec::new();
-        let outcome = self.follow(ray, |stretch, scalar| {
+        let outcome = self.follow(ray, f64::INFINITY, |stretch, scalar| {
             let [scalar_in, .., scalar_out] = scalar().0;
             intervals.push(Interval {
                 cell: self.body.cell_index(stretch.cell),
@@ -197,8 +204,14 @@ impl GridScene<'_> {
         (outcome, intervals)
     }
 
-    /// Integrates a ray, and shows `visit` each cell that is not transparent.
-    fn follow(&self, ray: &Ray, mut visit: impl FnMut(&Stretch, &dyn Fn() -> Cubic)) -> Outcome {
+    /// Integrates a ray up to `end`, world units, and shows `visit` each cell that is not
+    /// transparent.
+    fn follow(
+        &self,
+        ray: &Ray,
+        end: f64,
+        mut visit: impl FnMut(&Stretch, &dyn Fn() -> Cubic),
+    ) -> Outcome {
         let body = self.body;
         let line = body.line(ray);
         let shift = DISPLACEMENT * body.distance(ray.origin) / body.grid.spacing();
@@ -228,7 +241,8 @@ impl GridScene<'_> {
         let mut before = None;
         // The same for the ends that clip planes make, and 0 for the eye.
         let planes = &self.look.clip_planes;
-        let kept = clip_ray(planes, ray);
+        let mut kept = clip_ray(planes, ray);
+        kept[1] = kept[1].min(end);
         let cut = |end: f64| if end > 0.0 { self.cut(ray) } else { 0.0 };
         if let Some(walk) = Walk::new(line, body.cells, kept) {
             let exit = walk.exit;

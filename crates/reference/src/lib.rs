@@ -49,7 +49,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use tetrascope_core::{
-    Abilities, Appearance, Error, Frame, OpticalModel, TetMesh, View, Volume, VolumeRenderer,
+    Abilities, Appearance, Bounds, Error, Frame, OpticalModel, TetMesh, View, Volume,
+    VolumeRenderer,
 };
 
 pub use image::ReferenceImage;
@@ -154,19 +155,44 @@ impl Reference {
         view: &View,
         on_progress: &(dyn Fn(f64) + Sync),
     ) -> Result<ReferenceImage, Error> {
+        self.in_pool(|| self.draw(view, None, on_progress))
+    }
+
+    /// Draws what is before opaque things: each ray ends where `ends` says, world units from
+    /// where it starts, infinite where it does not; row-major, top row first.
+    ///
+    /// # Errors
+    /// As [`Reference::render_exact`], and [`Error::Invalid`] unless `ends` has a number for each
+    /// pixel.
+    pub fn render_before(&self, view: &View, ends: &[f64]) -> Result<ReferenceImage, Error> {
+        self.in_pool(|| self.draw(view, Some(ends), &|_| {}))
+    }
+
+    fn in_pool<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.pool {
-            Some(pool) => pool.install(|| self.draw(view, on_progress)),
-            None => self.draw(view, on_progress),
+            Some(pool) => pool.install(work),
+            None => work(),
         }
     }
 
     fn draw(
         &self,
         view: &View,
+        ends: Option<&[f64]>,
         on_progress: &(dyn Fn(f64) + Sync),
     ) -> Result<ReferenceImage, Error> {
         let start = Instant::now();
         view.validate()?;
+        let pixels = view.width as usize * view.height as usize;
+        if ends.is_some_and(|ends| ends.len() != pixels || ends.iter().any(|e| e.is_nan())) {
+            return Err(Error::invalid(format!(
+                "ends of rays that are not one number for each of {pixels} pixels"
+            )));
+        }
+        let end_of = |column: u32, row: u32| {
+            let pixel = row as usize * view.width as usize + column as usize;
+            ends.map_or(f64::INFINITY, |ends| ends[pixel])
+        };
         view.check_memory(BYTES_PER_PIXEL)?;
         let background = view.premultiplied_background();
         let has_depths = self.appearance.optical_model == OpticalModel::Isosurfaces;
@@ -186,7 +212,7 @@ impl Reference {
                     background,
                 };
                 let draw = |columns, rows, workspace: &mut _| {
-                    tile::draw(&scene, &positions, &grid, columns, rows, workspace)
+                    tile::draw(&scene, &positions, &grid, columns, rows, &end_of, workspace)
                 };
                 in_tiles(view, on_progress, draw, put);
             }
@@ -195,7 +221,7 @@ impl Reference {
                 let (_, _, forward) = view.camera.axes();
                 let camera = (view.camera.position, forward);
                 let scene = grid.scene(&self.appearance, camera, background);
-                let draw = |columns, rows, _: &mut _| scene.draw(view, columns, rows);
+                let draw = |columns, rows, _: &mut _| scene.draw(view, columns, rows, &end_of);
                 in_tiles(view, on_progress, draw, put);
             }
         }
@@ -230,7 +256,7 @@ impl VolumeRenderer for Reference {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        ABILITIES.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance, &self.body.bounds())?;
         self.appearance = appearance.clone();
         Ok(())
     }
@@ -244,10 +270,10 @@ impl VolumeRenderer for Reference {
 /// Refuses what is not drawn: parts of an appearance, and a grid that stays in its file.
 ///
 /// # Errors
-/// [`Error::Unsupported`] with the reason, and what [`Appearance::validate`] refuses.
+/// [`Error::Unsupported`] with the reason, and what [`Appearance::validate_in`] refuses.
 pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
     match volume {
-        Volume::Mesh(_) | Volume::Grid(_) => ABILITIES.check(NAME, appearance),
+        Volume::Mesh(_) | Volume::Grid(_) => ABILITIES.check(NAME, appearance, &volume.bounds()),
         _ => Err(Error::Unsupported {
             renderer: NAME,
             what: "a grid that stays in its file".into(),
@@ -257,6 +283,13 @@ pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
 }
 
 impl Body {
+    fn bounds(&self) -> Bounds {
+        match self {
+            Body::Mesh { mesh, .. } => mesh.bounds(),
+            Body::Grid(body) => body.bounds(),
+        }
+    }
+
     /// What is in `volume`, with the BVH of a body `before` where that fits, and how many
     /// were built.
     fn of(volume: &Volume, before: Option<&Body>) -> Result<(Body, u64), Error> {

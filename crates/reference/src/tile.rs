@@ -105,6 +105,17 @@ impl Line {
             direction: scene.frame.direction(p),
         }
     }
+
+    /// What of it is before `end`, world units.
+    fn before(mut self, end: f64) -> Line {
+        let end = end / self.length_per_z;
+        if end < self.stretch.far {
+            self.stretch.far = end;
+            // One division, and the length that it divides by: a square root of three terms.
+            self.stretch.blur += 4.0 * f64::EPSILON * end.abs();
+        }
+        self
+    }
 }
 
 /// A cell whose outline meets the tile.
@@ -127,13 +138,15 @@ pub(crate) struct Workspace {
     errors: Vec<f64>,
 }
 
-/// Draws the pixels in `columns` × `rows`, at most [`SIDE`] each, row by row.
+/// Draws the pixels in `columns` × `rows`, at most [`SIDE`] each, row by row. The ray of a pixel
+/// ends `end_of` its column and row, world units.
 pub(crate) fn draw(
     scene: &Scene,
     positions: &[DVec3],
     grid: &PixelGrid,
     columns: Range<u32>,
     rows: Range<u32>,
+    end_of: &dyn Fn(u32, u32) -> f64,
     workspace: &mut Workspace,
 ) -> Vec<(Outcome, usize)> {
     let (width, height) = (columns.len(), rows.len());
@@ -154,7 +167,13 @@ pub(crate) fn draw(
         std::array::from_fn(|i| grid.x(f64::from(columns.start) + i as f64));
     let ys: [f64; SIDE] = std::array::from_fn(|i| grid.y(f64::from(rows.start) + i as f64));
     let rays: Vec<Line> = (0..width * height)
-        .map(|i| Line::new(scene, DVec2::new(xs[i % width], ys[i / width])))
+        .map(|i| {
+            let end = end_of(
+                columns.start + (i % width) as u32,
+                rows.start + (i / width) as u32,
+            );
+            Line::new(scene, DVec2::new(xs[i % width], ys[i / width])).before(end)
+        })
         .collect();
     for candidate in candidates.iter() {
         let cell = &candidate.cell;

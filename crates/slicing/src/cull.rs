@@ -148,15 +148,10 @@ impl CullPass {
     }
 
     /// Records the pass.
-    pub(crate) fn record(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        culling: &Culling,
-        timestamps: Option<wgpu::ComputePassTimestampWrites>,
-    ) {
+    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, culling: &Culling) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(LABEL),
-            timestamp_writes: timestamps,
+            timestamp_writes: None,
         });
         pass.set_bind_group(0, &culling.group, &[]);
         let blocks = culling.block_count;

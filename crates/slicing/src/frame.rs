@@ -1,9 +1,9 @@
 //! The camera in the volume's lattice, made in f64 and rounded at the end.
 
-use tetrascope_core::glam::{DAffine3, DMat3, DVec3, DVec4};
+use tetrascope_core::glam::{DAffine3, DVec3, DVec4};
 use tetrascope_core::grid::Lattice;
-use tetrascope_core::{Error, Projection, View};
-use tetrascope_gpu::Normalization;
+use tetrascope_core::{Error, View};
+use tetrascope_f32::{ImagePlane, Normalization};
 
 use crate::box_plane::front_corner;
 use crate::frustum::Frustum;
@@ -21,6 +21,28 @@ const MAX_SLABS: f64 = (1 << 20) as f64;
 /// With more slabs, rays are looked at to do with fewer.
 const MANY_SLABS: f64 = (1 << 12) as f64;
 
+/// Whether a frame may have so many slabs that rays are looked at to do with fewer.
+fn may_have_many(lattice: &Lattice, slices_per_voxel: f64) -> bool {
+    let cells = DVec3::from_array(lattice.cells().map(|c| c as f64));
+    let diagonal = (cells * lattice.spacing).length();
+    diagonal * slices_per_voxel / lattice.spacing.min_element() > MANY_SLABS
+}
+
+/// The greatest length of a ray in a slab, normalized.
+pub(crate) fn longest_slab(
+    lattice: &Lattice,
+    normalization: &Normalization,
+    slices_per_voxel: f64,
+) -> f32 {
+    let spacing = lattice.spacing / normalization.scale;
+    let longest = match may_have_many(lattice, slices_per_voxel) {
+        // With fewer slabs a ray advances by that share of a cell along each axis at most.
+        true => spacing.length(),
+        false => spacing.min_element(),
+    };
+    (longest / slices_per_voxel) as f32
+}
+
 /// The geometry of a frame.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameGeometry {
@@ -31,6 +53,8 @@ pub(crate) struct FrameGeometry {
     pub(crate) frustum: Frustum,
     /// From normalized to camera space.
     pub(crate) camera: DAffine3,
+    /// From the eye to the anchor along the axis, normalized.
+    pub(crate) anchor_depth: f64,
     /// How far a box is enlarged on each side, cells.
     margin: DVec3,
     /// The optical axis, normalized units per cell along each axis.
@@ -50,30 +74,19 @@ pub(crate) fn geometry(
     normalization: &Normalization,
     slices_per_voxel: f64,
 ) -> Result<Option<FrameGeometry>, Error> {
-    let camera = &view.camera;
-    let (right, up, forward) = camera.axes();
-    let eye = normalization.point(camera.position);
-    // Beside the volume's center or, if that is behind, at the eye.
-    let anchor_depth = (-eye.dot(forward)).max(0.0);
-    let anchor = eye + anchor_depth * forward;
-    let turn = DMat3::from_cols(right, up, forward).transpose();
-    let linear = turn * lattice.linear() * normalization.scale.recip();
-    let shift = turn * (normalization.point(lattice.origin) - anchor);
+    let plane = ImagePlane::new(view, normalization);
+    let ImagePlane {
+        anchor_depth,
+        extent,
+        slope,
+        reach,
+        is_perspective,
+        ..
+    } = plane;
+    let camera = plane.camera_from_normalized();
+    let linear = camera.matrix3 * lattice.linear() * normalization.scale.recip();
+    let shift = camera.matrix3 * (normalization.point(lattice.origin) - plane.anchor);
     let inverse = linear.inverse();
-    let aspect = f64::from(view.width) / f64::from(view.height);
-    let (reach, perspective) = match camera.projection {
-        Projection::Perspective { view_angle } => ((view_angle.to_radians() / 2.0).tan(), true),
-        Projection::Orthographic { parallel_scale } => {
-            (parallel_scale / normalization.scale, false)
-        }
-    };
-    let reach = [reach * aspect, reach];
-    let slope = if perspective { reach } else { [0.0; 2] };
-    let extent = if perspective {
-        reach.map(|r| r * anchor_depth)
-    } else {
-        reach
-    };
     // The ray at (x, y) is origin + x … + y … + depth (along + x … + y …).
     let origin = inverse * -shift;
     let origins = [inverse.x_axis * extent[0], inverse.y_axis * extent[1]];
@@ -102,7 +115,7 @@ pub(crate) fn geometry(
     let mut count = deep * longest / spacing;
     // What rays advance along each axis of the lattice where their depth grows by 1.
     let fastest = along.abs() + alongs[0].abs() + alongs[1].abs();
-    if count > MANY_SLABS {
+    if count > MANY_SLABS && may_have_many(lattice, slices_per_voxel) {
         // Samples may be near each other along an axis that no ray follows.
         count = count.min(deep * fastest.max_element());
     }
@@ -139,7 +152,7 @@ pub(crate) fn geometry(
     // Camera space from lattice space, and clip space's w.
     let rows = [0, 1, 2].map(|i| linear.row(i).extend(shift[i]));
     let in_front = rows[2] + DVec4::W * anchor_depth;
-    let w = if perspective { in_front } else { DVec4::W };
+    let w = if is_perspective { in_front } else { DVec4::W };
     let sides = [0, 1].map(|i| [w * reach[i] - rows[i], w * reach[i] + rows[i]]);
     let seen = sides.into_iter().flatten().chain([in_front]);
 
@@ -151,7 +164,7 @@ pub(crate) fn geometry(
     let pair = |pair: [f64; 2]| pair.map(|x| x as f32);
     let eye_in_lattice = inverse * (DVec3::new(0.0, 0.0, -anchor_depth) - shift);
     // Pixels per normalized unit in the middle of the volume.
-    let middle = if perspective {
+    let middle = if is_perspective {
         (0.5 * (first + farthest) + anchor_depth).max(step)
     } else {
         1.0
@@ -177,10 +190,10 @@ pub(crate) fn geometry(
             clip_per_unit: pair(reach.map(f64::recip)),
             size: [view.width as f32, view.height as f32],
             anchor_depth: anchor_depth as f32,
-            w_per_depth: f32::from(perspective),
-            w_constant: f32::from(!perspective),
+            w_per_depth: f32::from(is_perspective),
+            w_constant: f32::from(!is_perspective),
             // Orthographic: anything between 0 and w, as nothing is to be clipped.
-            near: if perspective { NEAR } else { 0.5 },
+            near: if is_perspective { NEAR } else { 0.5 },
             first_depth: first as f32,
             step: step as f32,
             slab_count: count as i32,
@@ -190,14 +203,15 @@ pub(crate) fn geometry(
             scalar_base: 0.0,
             padding: [0.0; 3],
         },
-        viewer: if perspective {
+        viewer: if is_perspective {
             // Rounded as on the device, for the same order there.
             Viewer::Eye(eye_in_lattice.as_vec3().as_dvec3())
         } else {
             Viewer::Direction(along.as_vec3().as_dvec3())
         },
         frustum: Frustum::new(seen, margin),
-        camera: DAffine3::from_mat3_translation(turn, turn * -anchor),
+        camera,
+        anchor_depth,
         margin,
         forward: axis,
         step,

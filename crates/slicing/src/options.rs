@@ -1,7 +1,6 @@
 //! What can be chosen.
 
 use tetrascope_core::{Error, OpticalModel};
-use tetrascope_gpu::wgpu::TextureFormat;
 
 /// How a grid is sliced.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,9 +40,6 @@ pub struct SlicingOptions {
     pub brick_level: Level,
     /// The most bytes of textures for samples and of copies on their way there.
     pub memory_budget: u64,
-    /// The format of the textures that [`Slicing::encode`](crate::Slicing::encode) draws
-    /// into; it gets linear premultiplied RGBA.
-    pub target_format: TextureFormat,
 }
 
 /// The least [`SlicingOptions::slices_per_voxel`]: a slab's ends then lie at most one
@@ -71,7 +67,6 @@ impl Default for SlicingOptions {
             storage: Storage::Auto,
             brick_level: Level::Auto,
             memory_budget: 1 << 30,
-            target_format: TextureFormat::Rgba32Float,
         }
     }
 }

@@ -2,19 +2,21 @@
 
 mod parts;
 
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::sync::Arc;
 
 use tetrascope_core::glam::Vec4;
 use tetrascope_core::grid::{BrickSource, Interpolation, Lattice};
 use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, View, Volume, VolumeRenderer,
 };
-use tetrascope_gpu::gather::{Resolve, ResolvePass};
-use tetrascope_gpu::look::look;
+use tetrascope_f32::look::look;
+use tetrascope_f32::{Normalization, ScalarMap};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap, Timer, read_back, timer};
+use tetrascope_gpu::{
+    Canvas, Commands, Draw, Gpu, Outcome, Recorded, SceneDepth, Sums, SumsKind, Target, draw,
+    read_back,
+};
 
 use parts::Parts;
 
@@ -29,28 +31,18 @@ use crate::gpu_data;
 use crate::octree::{Octree, Place, Visibility};
 use crate::options::{Filtering, Level, Slicer, SlicingOptions, Traversal};
 use crate::polygons::Polygons;
-use crate::slice::{self, NOWHERE, Shape, SliceData, SliceFrame, SlicePass, Sums};
+use crate::slice::{self, Shape, SliceData, SliceFrame, SlicePass};
 use crate::voxels::{Scale, Voxels};
 
 /// Pipelines and the uploaded grid.
 #[derive(Debug)]
 pub struct Slicing {
-    gpu: Gpu,
+    canvas: Canvas,
     options: SlicingOptions,
     pass: SlicePass,
     /// Where the GPU traverses.
     cull: Option<CullPass>,
     scene: Scene,
-    /// The textures of the last frame, for the next of the same size.
-    gathered: Mutex<Option<Gathered>>,
-}
-
-/// What slabs are drawn into.
-#[derive(Clone, Debug)]
-struct Gathered {
-    sums: wgpu::Texture,
-    /// Distances of isosurfaces.
-    distances: Option<wgpu::Texture>,
 }
 
 /// All that `reload` and `restyle` replace, at once or not at all.
@@ -68,7 +60,6 @@ struct Scene {
     /// Clip planes, normal · p + w ≥ 0 in lattice space.
     kept: Vec<Vec4>,
     slice: SliceData,
-    resolve: [ResolvePass; 2],
 }
 
 /// What does not depend on the appearance.
@@ -83,26 +74,6 @@ struct Samples {
     /// Samples around each box that its range includes.
     reach: usize,
 }
-
-/// Where a frame is drawn, an index of [`Scene::resolve`].
-#[derive(Clone, Copy)]
-enum To {
-    Target,
-    ReadBack,
-}
-
-/// What is measured while a frame is drawn, where the device can.
-#[derive(Default)]
-struct Measures {
-    timer: Option<Timer>,
-    fragments: Option<FragmentCounter>,
-    /// Arguments of the draw, where the device has made them, and how many boxes there are.
-    arguments: Option<(wgpu::Buffer, u64)>,
-    /// When the first of more than one submissions was made.
-    submitted: Option<Instant>,
-}
-
-const READ_BACK_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 
 /// A frame that is ready to be recorded.
 struct Plan {
@@ -138,7 +109,7 @@ impl Slicing {
         appearance: &Appearance,
         options: &SlicingOptions,
     ) -> Result<Slicing, Error> {
-        ABILITIES.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance, &source.lattice().bounds())?;
         options.validate()?;
         let pass = SlicePass::new(gpu)?;
         let reach = options.reach(appearance.optical_model);
@@ -153,127 +124,88 @@ impl Slicing {
         let cull = by_gpu.then(|| CullPass::new(gpu)).transpose()?;
         Ok(Slicing {
             cull,
-            gpu: gpu.clone(),
+            canvas: Canvas::new(gpu)?,
             options: options.clone(),
             pass,
             scene,
-            gathered: Mutex::new(None),
         })
     }
 
-    /// Records a frame into `target`, a view of a texture of the view's size and of
-    /// [`SlicingOptions::target_format`]; the caller submits.
-    ///
-    /// Every texel is written: linear premultiplied RGBA, over the view's background.
-    /// Times and readback are for [`VolumeRenderer::render`]: the stats returned have the
-    /// counts alone. A volume that is streamed is an [`Error::Unsupported`], as each of its
-    /// batches must be submitted before the next is uploaded; `render` does that.
-    pub fn encode(
+    /// Records the frame's boxes into `sums`, batch by batch.
+    fn record_boxes(
         &self,
-        encoder: &mut wgpu::CommandEncoder,
+        commands: &mut Commands,
         view: &View,
-        target: &wgpu::TextureView,
-    ) -> Result<FrameStats, Error> {
-        if !self.scene.voxels.is_complete() {
-            return Err(Error::Unsupported {
-                renderer: NAME,
-                what: "a streamed volume into a caller's encoder".into(),
-                reason: "what can show does not fit the memory budget at once".into(),
-            });
-        }
-        self.record(encoder, view, (target, To::Target), None)
-    }
-
-    fn record(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        view: &View,
-        (target, to): (&wgpu::TextureView, To),
-        measures: Option<&mut Measures>,
-    ) -> Result<FrameStats, Error> {
-        view.validate()?;
-        let (gpu, scene) = (&self.gpu, &self.scene);
-        let (mut plan, box_count) = self.plan(view)?;
-        // New buffers each time: frames may be recorded before others are submitted.
-        let background = [Resolve::of(view)];
-        let background = gpu.upload("slicing::resolve", &background, BufferUsages::UNIFORM)?;
-        let sums = self.gathered((view.width, view.height))?.views();
-        let ends = match &plan {
-            Some(plan) => scene
-                .voxels
-                .batches(&scene.volume.octree, plan.level, &plan.boxes),
-            None => Vec::new(),
+        sums: &Sums,
+        depth: Option<&SceneDepth>,
+    ) -> Result<Recorded, Error> {
+        let (gpu, scene) = (self.canvas.gpu(), &self.scene);
+        let (plan, box_count) = self.plan(view, commands, depth)?;
+        let Some(mut plan) = plan else {
+            // Nothing in front of the eye, or nothing that shows.
+            slice::clear(commands.encoder(), sums);
+            let mut stats = self.stats();
+            stats.bricks_drawn = Some(0);
+            stats.bricks_skipped = Some(box_count);
+            (stats.vertices, stats.fragments) = (Some(0), Some(0));
+            return Ok(Recorded::new(stats));
         };
-        let (mut timer, mut counter, mut submitted) = (None, None, None);
-        let culling = plan.as_ref().and_then(|plan| plan.culling.as_ref());
-        if let Some(measures) = measures {
-            measures.fragments = FragmentCounter::new(gpu, ends.len())?;
-            measures.arguments = culling.map(|c| (c.arguments.clone(), c.box_count));
-            (timer, counter) = (measures.timer.as_ref(), measures.fragments.as_ref());
-            submitted = Some(&mut measures.submitted);
-        }
-        let mut times = timer.map(Timer::first_render_pass);
-        if let (Some(culling), Some(cull)) = (culling, &self.cull) {
-            times = None;
-            let times = timer.map(Timer::first_compute_pass);
-            gpu.checked("slicing::encode", 0, || {
-                cull.record(encoder, culling, times);
+        let octree = &scene.volume.octree;
+        let ends = scene.voxels.batches(octree, plan.level, &plan.boxes);
+        let counter = FragmentCounter::new(gpu, ends.len())?;
+        if let (Some(culling), Some(cull)) = (&plan.culling, &self.cull) {
+            gpu.checked("slicing::cull", 0, || {
+                cull.record(commands.encoder(), culling);
             })?;
         }
         let mut first = 0;
         for (index, end) in (0..).zip(ends) {
-            let Some(plan) = &mut plan else { break };
             if first > 0 {
-                if let Some(submitted) = &mut submitted {
-                    submitted.get_or_insert_with(Instant::now);
-                }
                 // The device must be done with the slots before they are filled again.
-                let next = gpu.device().create_command_encoder(&Default::default());
-                gpu.finish(std::mem::replace(encoder, next))?;
+                commands.submit()?;
             }
-            plan.stats.bytes_uploaded += self.fill(plan, first..end)?;
+            plan.stats.bytes_uploaded += self.fill(&plan, first..end)?;
             let boxes = first as u32..end as u32;
-            gpu.checked("slicing::encode", 0, || {
-                let (frame, slice) = (&plan.frame, &scene.slice);
-                let pass = &self.pass;
-                pass.record(
-                    encoder,
-                    frame,
-                    slice,
-                    boxes,
-                    index,
-                    &sums,
-                    times.take(),
-                    counter,
-                );
+            gpu.checked("slicing::slice", 0, || {
+                let (frame, slice) = ((&plan.frame, depth.is_some()), &scene.slice);
+                let (pass, counter) = (&self.pass, counter.as_ref());
+                let encoder = commands.encoder();
+                pass.record(gpu, encoder, frame, slice, boxes, index, sums, counter);
             })?;
             plan.stats.passes += 1;
             first = end;
         }
-        let mut stats = match plan {
-            Some(plan) => plan.stats,
-            None => {
-                // Nothing in front of the eye, or nothing that shows.
-                slice::clear(encoder, &sums, times.take());
-                let mut stats = self.stats();
-                stats.bricks_drawn = Some(0);
-                stats.bricks_skipped = Some(box_count);
-                (stats.vertices, stats.fragments) = (Some(0), Some(0));
-                stats
-            }
-        };
-        gpu.checked("slicing::encode", 0, || {
-            let times = timer.map(Timer::last_render_pass);
-            let resolve = &scene.resolve[to as usize];
-            resolve.record(gpu, encoder, &background, &sums.gathered, target, times);
-        })?;
-        stats.passes += 1;
-        Ok(stats)
+        let mut recorded = Recorded::new(plan.stats);
+        if let Some(counter) = counter {
+            let counts = counter.resolve(gpu, commands.encoder())?;
+            recorded = recorded.then(move |stats| {
+                stats.fragments = Some(count::total(counts)?);
+                Ok(Outcome::Complete)
+            });
+        }
+        if let Some(culling) = plan.culling {
+            let bytes = size_of::<gpu_data::Arguments>() as u64;
+            let source = Source::Buffer(&culling.arguments, bytes);
+            let arguments = read_back(gpu, commands.encoder(), source)?;
+            recorded = recorded.then(move |stats| {
+                let drawn: Vec<gpu_data::Arguments> = arguments.read()?;
+                let (boxes, indices) = (drawn[0].instance_count, drawn[0].index_count);
+                stats.bricks_drawn = Some(boxes.into());
+                stats.bricks_skipped = Some(culling.box_count - u64::from(boxes));
+                stats.vertices = Some(u64::from(boxes) * slice::vertices(indices));
+                // As known where the CPU finds that there is nothing to draw.
+                if boxes == 0 {
+                    stats.fragments = Some(0);
+                }
+                Ok(Outcome::Complete)
+            });
+        }
+        Ok(recorded)
     }
 
     /// Brings a batch of boxes onto the device and writes where they are.
     fn fill(&self, plan: &Plan, range: std::ops::Range<usize>) -> Result<u64, Error> {
-        let (gpu, scene) = (&self.gpu, &self.scene);
+        let (gpu, scene) = (self.canvas.gpu(), &self.scene);
         if scene.voxels.is_complete() {
             return Ok(0);
         }
@@ -306,8 +238,13 @@ impl Slicing {
 
     /// Which boxes are drawn, and with what, `None` if there are none; and how many there
     /// are with those that are skipped.
-    fn plan(&self, view: &View) -> Result<(Option<Plan>, u64), Error> {
-        let (gpu, scene) = (&self.gpu, &self.scene);
+    fn plan(
+        &self,
+        view: &View,
+        commands: &mut Commands,
+        depth: Option<&SceneDepth>,
+    ) -> Result<(Option<Plan>, u64), Error> {
+        let (gpu, scene) = (self.canvas.gpu(), &self.scene);
         let Samples {
             lattice,
             normalization,
@@ -393,9 +330,14 @@ impl Slicing {
         );
         let look = gpu.upload("slicing::look", &[look], BufferUsages::UNIFORM)?;
         let items = gpu.upload("slicing::look_items", &items, BufferUsages::STORAGE)?;
+        let anchor = geometry.anchor_depth;
+        let encoder = commands.encoder();
+        let (ends, _) = self
+            .canvas
+            .ends(encoder, view, normalization, anchor, depth)?;
         let frame = self
             .pass
-            .frame(gpu, &uniform, data, [&look, &items], shape)?;
+            .frame(gpu, &uniform, data, [&look, &items], &ends, shape)?;
         stats.geometry_bytes = Some(sent);
         let known = culling.is_none();
         let slabs = u64::from(geometry.slabs_per_box(size));
@@ -432,45 +374,11 @@ impl Slicing {
         }
     }
 
-    /// The textures that slabs are drawn into, kept for the next frame.
-    fn gathered(&self, size: (u32, u32)) -> Result<Gathered, Error> {
-        let model = self.scene.appearance.optical_model;
-        let format = slice::sum_format(&self.gpu, model);
-        let surfaces = model == OpticalModel::Isosurfaces;
-        let mut kept = self.gathered.lock().unwrap_or_else(PoisonError::into_inner);
-        let fits = |g: &&Gathered| {
-            let sums = &g.sums;
-            (sums.width(), sums.height()) == size
-                && sums.format() == format
-                && g.distances.is_some() == surfaces
-        };
-        if let Some(gathered) = kept.as_ref().filter(fits) {
-            return Ok(gathered.clone());
-        }
-        let texture = |label, format, usage| {
-            let usage = TextureUsages::RENDER_ATTACHMENT | usage;
-            self.gpu.texture(label, size, format, usage)
-        };
-        let distances = || {
-            texture(
-                "of distances",
-                TextureFormat::R32Float,
-                TextureUsages::COPY_SRC,
-            )
-        };
-        let gathered = Gathered {
-            sums: texture("of sums", format, TextureUsages::TEXTURE_BINDING)?,
-            distances: surfaces.then(distances).transpose()?,
-        };
-        *kept = Some(gathered.clone());
-        Ok(gathered)
-    }
-
     fn stats(&self) -> FrameStats {
         let scene = &self.scene;
         let mut stats = FrameStats::default();
         stats.bytes_resident = scene.voxels.bytes + scene.intervals.size();
-        let format = slice::sum_format(&self.gpu, scene.appearance.optical_model);
+        let format = slice::sum_format(self.canvas.gpu(), scene.appearance.optical_model);
         if matches!(format, TextureFormat::R16Float | TextureFormat::Rgba16Float) {
             let note = "this device does not blend f32, so slabs add up in f16, and thin ones \
                         may be lost";
@@ -490,7 +398,7 @@ impl Slicing {
 
     fn parts(&self) -> Parts<'_> {
         Parts {
-            gpu: &self.gpu,
+            gpu: self.canvas.gpu(),
             options: &self.options,
             pass: &self.pass,
         }
@@ -503,16 +411,6 @@ impl Slicing {
 /// 24 to 37 fragments (`aneurism`, 256³ samples, 512×512 pixels, medians of three: one box
 /// 13.7 s, 1150 of 4096 boxes 5.3 s, 4730 of 32768 boxes 4.2 s on a loaded machine).
 const FRAGMENTS_PER_POLYGON: f64 = 32.0;
-
-impl Gathered {
-    fn views(&self) -> Sums {
-        let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
-        Sums {
-            gathered: view(&self.sums),
-            distances: self.distances.as_ref().map(view),
-        }
-    }
-}
 
 /// The grid of `volume`, or why there is none.
 fn source_of(volume: &Volume) -> Result<Arc<dyn BrickSource>, Error> {
@@ -555,6 +453,7 @@ impl Samples {
 impl VolumeRenderer for Slicing {
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         let appearance = &self.scene.appearance;
+        ABILITIES.check(NAME, appearance, &volume.bounds())?;
         let reach = self.options.reach(appearance.optical_model);
         let volume = Arc::new(Samples::new(source_of(volume)?, reach)?);
         self.scene = self.parts().scene(appearance, volume, None)?;
@@ -565,8 +464,8 @@ impl VolumeRenderer for Slicing {
     /// matters moved so far that f32 would run out of digits, or if they are kept in bricks,
     /// or if the model needs more samples around each box than the one before.
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        ABILITIES.check(NAME, appearance)?;
         let scene = &self.scene;
+        ABILITIES.check(NAME, appearance, &scene.volume.source.lattice().bounds())?;
         let reach = self.options.reach(appearance.optical_model);
         let before = (reach <= scene.volume.reach).then_some(scene);
         let volume = match before {
@@ -578,68 +477,52 @@ impl VolumeRenderer for Slicing {
     }
 
     fn render(&self, view: &View) -> Result<Frame, Error> {
-        let start = Instant::now();
-        view.validate()?;
-        let gpu = &self.gpu;
-        let size = (view.width, view.height);
-        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
-        let target = gpu.texture("to read back", size, READ_BACK_FORMAT, usage)?;
-        let mut measures = Measures {
-            timer: Timer::new(gpu)?,
-            ..Measures::default()
-        };
-        let mut encoder = gpu.device().create_command_encoder(&Default::default());
-        let target_view = target.create_view(&Default::default());
-        let to = (&target_view, To::ReadBack);
-        let mut stats = self.record(&mut encoder, view, to, Some(&mut measures))?;
-        let pixels = read_back(gpu, &mut encoder, Source::Texture(&target))?;
-        let distances = self.gathered(size)?.distances;
-        let distances = distances
-            .map(|texture| read_back(gpu, &mut encoder, Source::Texture(&texture)))
-            .transpose()?;
-        let Measures {
-            timer,
-            fragments,
-            arguments,
-            submitted,
-        } = measures;
-        let times = timer.map(|t| t.resolve(gpu, &mut encoder)).transpose()?;
-        let counts = fragments
-            .map(|f| f.resolve(gpu, &mut encoder))
-            .transpose()?;
-        let arguments = arguments.map(|(buffer, box_count)| {
-            let bytes = size_of::<gpu_data::Arguments>() as u64;
-            let copy = read_back(gpu, &mut encoder, Source::Buffer(&buffer, bytes))?;
-            Ok::<_, Error>((copy, box_count))
-        });
-        let arguments = arguments.transpose()?;
-        let submitted = submitted.unwrap_or_else(Instant::now);
-        gpu.finish(encoder)?;
-        stats.gpu_seconds = timer::seconds(gpu, times, submitted.elapsed())?;
-        let pixels = pixels.read()?;
-        let distances = distances.map(|d| d.read()).transpose()?;
-        if let Some(counts) = counts {
-            stats.fragments = Some(count::total(counts)?);
+        draw::render(self, view)
+    }
+}
+
+impl Draw for Slicing {
+    fn canvas(&self) -> &Canvas {
+        &self.canvas
+    }
+
+    /// # Errors
+    /// In a caller's encoder a volume that is streamed is [`Error::Unsupported`], as each of its
+    /// batches must be submitted before the next is uploaded.
+    fn record(
+        &self,
+        commands: &mut Commands,
+        view: &View,
+        target: &Target,
+    ) -> Result<Recorded, Error> {
+        if !self.scene.voxels.is_complete() && !commands.may_submit() {
+            return Err(Error::Unsupported {
+                renderer: NAME,
+                what: "a streamed volume into a caller's encoder".into(),
+                reason: "what can show does not fit the memory budget at once".into(),
+            });
         }
-        if let Some((copy, box_count)) = arguments {
-            let drawn: Vec<gpu_data::Arguments> = copy.read()?;
-            let (boxes, indices) = (drawn[0].instance_count, drawn[0].index_count);
-            stats.bricks_drawn = Some(boxes.into());
-            stats.bricks_skipped = Some(box_count - u64::from(boxes));
-            stats.vertices = Some(u64::from(boxes) * slice::vertices(indices));
-            // As known where the CPU finds that there is nothing to draw.
-            if boxes == 0 {
-                stats.fragments = Some(0);
-            }
-        }
-        stats.cpu_seconds = start.elapsed().as_secs_f64();
-        let scale = self.scene.volume.normalization.scale;
-        let in_world = |distance: f32| match distance < NOWHERE {
-            true => (f64::from(distance) * scale) as f32,
-            false => f32::INFINITY,
-        };
-        let mut frame = Frame::new(size, pixels, stats);
-        frame.depths = distances.map(|d: Vec<f32>| d.into_iter().map(in_world).collect());
-        Ok(frame)
+        let model = self.scene.appearance.optical_model;
+        let is_surface = model == OpticalModel::Isosurfaces;
+        let sums = self.canvas.sums(
+            view,
+            SumsKind {
+                format: slice::sum_format(self.canvas.gpu(), model),
+                usage: TextureUsages::RENDER_ATTACHMENT,
+                distances: is_surface,
+            },
+        )?;
+        // Surfaces are hidden when they are put among the geometry.
+        let depth = target.depth.as_ref().filter(|_| !is_surface);
+        let mut recorded = self.record_boxes(commands, view, &sums, depth)?;
+        let normalization = &self.scene.volume.normalization;
+        let encoder = commands.encoder();
+        self.canvas
+            .put(encoder, view, normalization, (model, &sums), target)?;
+        recorded.stats.passes += 1;
+        Ok(match &sums.distances {
+            Some(distances) => recorded.with_distances(distances, normalization.scale),
+            None => recorded,
+        })
     }
 }

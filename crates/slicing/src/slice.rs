@@ -1,16 +1,16 @@
 //! The pass that draws slabs (`box_plane.wgsl`, `slab.wgsl`, `slice.wgsl`, `surface.wgsl`).
 
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use tetrascope_core::{Appearance, Error, OpticalModel};
-use tetrascope_gpu::Gpu;
+use tetrascope_gpu::canvas::NOWHERE;
 use tetrascope_gpu::gather::{blend, gathered_format};
-use tetrascope_gpu::look::look_constants;
 use tetrascope_gpu::passes::{
-    READ, UNIFORM, group, layout, model_constant, module, pipeline_layout,
+    READ, TEXELS, UNIFORM, group, layout, look_constants, model_constant, module, pipeline_layout,
 };
 use tetrascope_gpu::wgpu::{self, BindingType, BufferUsages, ShaderStages};
+use tetrascope_gpu::{Gpu, Sums};
 
 use crate::box_plane::{POLYGON, edges, sequence};
 use crate::count::FragmentCounter;
@@ -35,8 +35,23 @@ pub(crate) struct SlicePass {
 /// The pass for one volume and appearance.
 #[derive(Clone, Debug)]
 pub(crate) struct SliceData {
-    pipeline: wgpu::RenderPipeline,
     volume_group: wgpu::BindGroup,
+    program: SliceProgram,
+    pipeline: wgpu::RenderPipeline,
+    /// For rays that end before an application's geometry, compiled when it is first needed.
+    ending: Arc<OnceLock<wgpu::RenderPipeline>>,
+}
+
+/// What both pipelines have in common.
+#[derive(Clone, Debug)]
+struct SliceProgram {
+    module: wgpu::ShaderModule,
+    layout: wgpu::PipelineLayout,
+    slicer: Slicer,
+    by_sides: bool,
+    fragment: &'static str,
+    constants: Vec<(&'static str, f64)>,
+    targets: Vec<Option<wgpu::ColorTargetState>>,
 }
 
 /// What a frame is drawn with.
@@ -66,9 +81,6 @@ pub(crate) enum Shape {
         ends: Vec<u32>,
     },
 }
-
-/// Where there is no surface: farther away than any. Infinity is nothing to count on.
-pub(crate) const NOWHERE: f32 = 3e38;
 
 /// How often [`Crossing::Corrected`] corrects. False position gains digits by a factor of
 /// about 1.4 a step; from the 3 of a straight line to the 7 of f32 that is three, and a bent
@@ -100,7 +112,7 @@ impl SlicePass {
         }];
         let tables = gpu.upload("slicing::tables", &tables, BufferUsages::UNIFORM)?;
         let stages = ShaderStages::VERTEX_FRAGMENT;
-        let types = [UNIFORM, READ, UNIFORM, UNIFORM, READ];
+        let types = [UNIFORM, READ, UNIFORM, UNIFORM, READ, TEXELS];
         let frame_layout = gpu.checked(LABEL, 0, || layout(gpu, LABEL, stages, &types))?;
         Ok(SlicePass {
             frame_layout,
@@ -134,34 +146,26 @@ impl SlicePass {
         }
         gpu.checked(LABEL, 0, || {
             let volume_layout = layout(gpu, LABEL, ShaderStages::FRAGMENT, &types);
+            let program = self.program(gpu, &volume_layout, voxels, look, options);
             SliceData {
                 volume_group: group(gpu, LABEL, &volume_layout, &resources),
-                pipeline: self.pipeline(gpu, &volume_layout, voxels, look, options),
+                pipeline: program.pipeline(gpu, false),
+                program,
+                ending: Arc::default(),
             }
         })
     }
 
-    fn pipeline(
+    fn program(
         &self,
         gpu: &Gpu,
         volume_layout: &wgpu::BindGroupLayout,
         voxels: &Voxels,
         look: &Look,
         options: &SlicingOptions,
-    ) -> wgpu::RenderPipeline {
-        let module = module(gpu, LABEL, voxels.texels.program);
+    ) -> SliceProgram {
         let model = look.appearance.optical_model;
         let yes = |condition: bool| f64::from(u8::from(condition));
-        let by_sides = [("BY_SIDES", yes(options.plane_test == PlaneTest::Sides))];
-        let corner = wgpu::VertexBufferLayout {
-            array_stride: size_of::<Corner>() as u64,
-            step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Sint32, 2 => Uint32],
-        };
-        let (entry_point, constants_of_vertices, buffers): (_, &[_], &[_]) = match options.slicer {
-            Slicer::VertexProgram => ("vs_slice", &by_sides, &[]),
-            Slicer::Cpu => ("vs_polygon", &[], &[Some(corner)]),
-        };
         let phong = match options.shading {
             Shading::Phong(phong) => phong,
             Shading::None => Phong::default(),
@@ -214,38 +218,15 @@ impl SlicePass {
         } else {
             ("fs_slice", &volume[..], vec![Some(sums)])
         };
-        let constants = [&common, own].concat();
-        let with = |constants| wgpu::PipelineCompilationOptions {
-            constants,
-            ..Default::default()
-        };
-        let layouts = [&self.frame_layout, volume_layout];
-        gpu.device()
-            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(LABEL),
-                layout: Some(&pipeline_layout(gpu, LABEL, &layouts)),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some(entry_point),
-                    compilation_options: with(constants_of_vertices),
-                    buffers,
-                },
-                // Both windings: a grid's axes may be left-handed.
-                primitive: wgpu::PrimitiveState {
-                    cull_mode: None,
-                    ..Default::default()
-                },
-                depth_stencil: None,
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(fragment),
-                    compilation_options: with(&constants),
-                    targets: &targets,
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+        SliceProgram {
+            module: module(gpu, LABEL, voxels.texels.program),
+            layout: pipeline_layout(gpu, LABEL, &[&self.frame_layout, volume_layout]),
+            slicer: options.slicer,
+            by_sides: options.plane_test == PlaneTest::Sides,
+            fragment,
+            constants: [&common, own].concat(),
+            targets,
+        }
     }
 
     /// The triangles of stacks of as many polygons as the uniform's `slabs_per_box`, and
@@ -270,11 +251,16 @@ impl SlicePass {
         uniform: &wgpu::Buffer,
         boxes: wgpu::Buffer,
         [look, items]: [&wgpu::Buffer; 2],
+        ends: &wgpu::TextureView,
         shape: Shape,
     ) -> Result<SliceFrame, Error> {
-        let buffers = [uniform, &boxes, look, &self.tables, items].map(|b| b.as_entire_binding());
+        let buffers = [uniform, &boxes, look, &self.tables, items];
+        let mut resources = buffers.map(|b| b.as_entire_binding()).to_vec();
+        resources.push(wgpu::BindingResource::TextureView(ends));
         Ok(SliceFrame {
-            group: gpu.checked(LABEL, 0, || group(gpu, LABEL, &self.frame_layout, &buffers))?,
+            group: gpu.checked(LABEL, 0, || {
+                group(gpu, LABEL, &self.frame_layout, &resources)
+            })?,
             boxes,
             shape,
         })
@@ -288,17 +274,17 @@ impl SlicePass {
     )]
     pub(crate) fn record(
         &self,
+        gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        frame: &SliceFrame,
+        (frame, ends): (&SliceFrame, bool),
         data: &SliceData,
         boxes: Range<u32>,
         index: u32,
         sums: &Sums,
-        timestamps: Option<wgpu::RenderPassTimestampWrites>,
         counter: Option<&FragmentCounter>,
     ) {
-        let mut pass = begin(encoder, sums, index == 0, timestamps);
-        pass.set_pipeline(&data.pipeline);
+        let mut pass = begin(encoder, sums, index == 0);
+        pass.set_pipeline(data.pipeline(gpu, ends));
         pass.set_bind_group(0, &frame.group, &[]);
         pass.set_bind_group(1, &data.volume_group, &[]);
         let draw = |pass: &mut wgpu::RenderPass| frame.shape.draw(pass, boxes);
@@ -309,11 +295,63 @@ impl SlicePass {
     }
 }
 
-/// What slabs are drawn into.
-pub(crate) struct Sums {
-    pub(crate) gathered: wgpu::TextureView,
-    /// Of isosurfaces.
-    pub(crate) distances: Option<wgpu::TextureView>,
+impl SliceProgram {
+    /// With `ends` for rays that end before an application's geometry. Inside of
+    /// [`Gpu::checked`].
+    fn pipeline(&self, gpu: &Gpu, ends: bool) -> wgpu::RenderPipeline {
+        let yes = |condition: bool| f64::from(u8::from(condition));
+        let by_sides = [("BY_SIDES", yes(self.by_sides))];
+        let corner = wgpu::VertexBufferLayout {
+            array_stride: size_of::<Corner>() as u64,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Sint32, 2 => Uint32],
+        };
+        let (entry_point, constants_of_vertices, buffers): (_, &[_], &[_]) = match self.slicer {
+            Slicer::VertexProgram => ("vs_slice", &by_sides, &[]),
+            Slicer::Cpu => ("vs_polygon", &[], &[Some(corner)]),
+        };
+        let mut constants = self.constants.clone();
+        constants.push(("ENDS", yes(ends)));
+        let with = |constants| wgpu::PipelineCompilationOptions {
+            constants,
+            ..Default::default()
+        };
+        gpu.device()
+            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(LABEL),
+                layout: Some(&self.layout),
+                vertex: wgpu::VertexState {
+                    module: &self.module,
+                    entry_point: Some(entry_point),
+                    compilation_options: with(constants_of_vertices),
+                    buffers,
+                },
+                // Both windings: a grid's axes may be left-handed.
+                primitive: wgpu::PrimitiveState {
+                    cull_mode: None,
+                    ..Default::default()
+                },
+                depth_stencil: None,
+                multisample: Default::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &self.module,
+                    entry_point: Some(self.fragment),
+                    compilation_options: with(&constants),
+                    targets: &self.targets,
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+    }
+}
+
+impl SliceData {
+    fn pipeline(&self, gpu: &Gpu, ends: bool) -> &wgpu::RenderPipeline {
+        match ends {
+            false => &self.pipeline,
+            true => self.ending.get_or_init(|| self.program.pipeline(gpu, true)),
+        }
+    }
 }
 
 /// Begins a pass into `sums`, which is cleared first or kept.
@@ -321,8 +359,10 @@ fn begin<'a>(
     encoder: &'a mut wgpu::CommandEncoder,
     sums: &Sums,
     clear: bool,
-    timestamps: Option<wgpu::RenderPassTimestampWrites>,
 ) -> wgpu::RenderPass<'a> {
+    let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
+    let color = view(&sums.color);
+    let distances = sums.distances.as_ref().map(view);
     let nowhere = wgpu::Color {
         r: NOWHERE.into(),
         ..wgpu::Color::TRANSPARENT
@@ -339,27 +379,18 @@ fn begin<'a>(
             store: wgpu::StoreOp::Store,
         },
     };
-    let mut attachments = vec![Some(attachment(&sums.gathered, wgpu::Color::TRANSPARENT))];
-    attachments.extend(
-        sums.distances
-            .as_ref()
-            .map(|v| Some(attachment(v, nowhere))),
-    );
+    let mut attachments = vec![Some(attachment(&color, wgpu::Color::TRANSPARENT))];
+    attachments.extend(distances.as_ref().map(|v| Some(attachment(v, nowhere))));
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some(LABEL),
         color_attachments: &attachments,
-        timestamp_writes: timestamps,
         ..Default::default()
     })
 }
 
 /// Records that nothing is drawn.
-pub(crate) fn clear(
-    encoder: &mut wgpu::CommandEncoder,
-    sums: &Sums,
-    timestamps: Option<wgpu::RenderPassTimestampWrites>,
-) {
-    begin(encoder, sums, true, timestamps);
+pub(crate) fn clear(encoder: &mut wgpu::CommandEncoder, sums: &Sums) {
+    begin(encoder, sums, true);
 }
 
 /// The format of what slabs are drawn into; isosurfaces are not blended.

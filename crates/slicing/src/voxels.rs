@@ -5,10 +5,11 @@ use std::sync::{Mutex, PoisonError};
 
 use tetrascope_core::grid::{BrickSource, Region, SampleType, Samples};
 use tetrascope_core::{Appearance, Error};
+use tetrascope_f32::ScalarMap;
+use tetrascope_gpu::Gpu;
 use tetrascope_gpu::wgpu::{
     self, Extent3d, Features, Origin3d, TextureDimension, TextureFormat, TextureUsages,
 };
-use tetrascope_gpu::{Gpu, ScalarMap};
 use tetrascope_shaders::slicing::{SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED, SLICE_UNSIGNED};
 
 use crate::octree::{Octree, Place, Visibility, places};

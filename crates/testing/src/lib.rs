@@ -1,10 +1,13 @@
 //! The bench that tests and benchmarks share: volumes, looks, views, the truth, the error of
-//! a picture, real data and a device.
+//! a picture, real data, a device, and an application
+//! that has drawn on it.
 //!
 //! Whatever is missing, such as a graphics adapter or a data file, is said on stderr together
 //! with the test that is skipped. All that is built here is valid, so nothing returns an error:
 //! a mistake in a test panics.
 
+#[cfg(feature = "gpu")]
+mod application;
 mod data;
 #[cfg(feature = "gpu")]
 mod device;
@@ -15,6 +18,8 @@ mod meshes;
 mod truth;
 mod views;
 
+#[cfg(feature = "gpu")]
+pub use application::Application;
 pub use data::{angular_sector, blunt_fin, file, liquid_oxygen_post, mesh_data, super_phoenix};
 #[cfg(feature = "gpu")]
 pub use device::gpu;

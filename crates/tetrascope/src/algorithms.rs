@@ -4,9 +4,9 @@
 //! [`algorithms`] and know no algorithm by name. An algorithm is in the list if its
 //! cargo feature is on.
 
-use tetrascope_core::{Appearance, Error, OpticalModel, View, Volume, VolumeRenderer};
+use tetrascope_core::{Appearance, Error, OpticalModel, View, Volume};
 
-use crate::{Context, Setting, Settings};
+use crate::{Context, Renderer, Setting, Settings};
 
 #[cfg(feature = "projection")]
 mod projection;
@@ -60,8 +60,7 @@ pub enum Promise {
 }
 
 /// Builds a renderer: makes the device if it needs one, uploads the volume.
-pub type Build =
-    fn(&Context, &Volume, &Appearance, &Settings) -> Result<Box<dyn VolumeRenderer>, Error>;
+pub type Build = fn(&Context, &Volume, &Appearance, &Settings) -> Result<Renderer, Error>;
 
 const ALL: &[Algorithm] = &[
     #[cfg(feature = "reference")]

@@ -7,6 +7,7 @@
 //! line, `tetrascope`.
 //!
 //! ```
+//! use tetrascope::core::VolumeRenderer as _;
 //! use tetrascope::scene::{SceneFile, VolumeSource};
 //! use tetrascope::{Context, Settings, algorithm, io, volumes};
 //!
@@ -51,10 +52,12 @@ pub mod algorithms;
 mod context;
 pub mod emptiness;
 mod help;
+mod renderer;
 mod settings;
 pub mod volumes;
 
 pub use algorithms::{Algorithm, Promise, algorithm, algorithms};
 pub use context::{Context, Progress};
 pub use help::help;
+pub use renderer::Renderer;
 pub use settings::{Setting, Settings, Values};

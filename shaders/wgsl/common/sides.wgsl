@@ -193,9 +193,21 @@ fn crossing(a: vec2f, b: vec2f, c: vec2f) -> i32 {
     return turn;
 }
 
-// Twice the area that the origin spans with the edge from a to b: the weight of
-// the corner opposite. `turn` makes it positive; rounding cannot make it
-// negative, as the order of the products is known.
-fn weight(a: vec2f, b: vec2f, turn: f32) -> f32 {
-    return max(turn * (a.x * b.y - a.y * b.x), 0.0);
+// The weights of the corners of a crossed face abc where the ray crosses it, up to a common
+// factor: twice the areas that the origin spans with the edges opposite. None is negative.
+//
+// Products of f32 err by 2^-24 of themselves, so the areas of a sliver, l long and h wide as the
+// ray sees it, name a point up to e l beside the ray, e = 2^-24 l / h: much farther than
+// vertices are rounded. The distance is measured, and as areas are linear in the ray's place, it
+// is taken back. That leaves some 2^-24 l, as if the ray had moved, and e^2 l.
+fn weights(a: vec2f, b: vec2f, c: vec2f) -> vec3f {
+    let x = vec3f(a.x, b.x, c.x);
+    let y = vec3f(a.y, b.y, c.y);
+    let signed = x.yzx * y.zxy - y.yzx * x.zxy;
+    let turn = select(-1.0, 1.0, dot(signed, vec3f(1.0)) > 0.0);
+    let areas = max(turn * signed, vec3f(0.0));
+    let shares = areas / max(dot(areas, vec3f(1.0)), 1e-36);
+    let beside = turn * vec2f(dot(shares, x), dot(shares, y));
+    let back = beside.x * (y.zxy - y.yzx) - beside.y * (x.zxy - x.yzx);
+    return max(areas + back, vec3f(0.0));
 }

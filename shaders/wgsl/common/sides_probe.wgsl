@@ -2,10 +2,10 @@
 //
 // With: common/sides.wgsl
 
-// a.x, a.y, b.x, b.y; and for `cs_parity` four points in two of these.
+// a.x, a.y, b.x, b.y; and for `cs_parity` four points in two of these, for `cs_weights` three.
 @group(0) @binding(0) var<storage, read> inputs: array<vec4f>;
 // The bits of a.x b.y and the side; for `cs_parity` how many faces are crossed, one by one
-// and all at once.
+// and all at once; for `cs_weights` the bits of the shares of the last two corners.
 @group(0) @binding(1) var<storage, read_write> answers: array<vec2u>;
 
 @compute @workgroup_size(64)
@@ -30,4 +30,14 @@ fn cs_parity(@builtin(global_invocation_id) id: vec3u) {
     let at_once = turns(sides(ab.xy, ab.zw, cd.xy, cd.zw));
     let met = select(vec4u(0u), vec4u(1u), at_once.enters | at_once.leaves);
     answers[id.x] = vec2u(u32(crossed), met.x + met.y + met.z + met.w);
+}
+
+@compute @workgroup_size(64)
+fn cs_weights(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= arrayLength(&answers) {
+        return;
+    }
+    let ab = inputs[2u * id.x];
+    let w = weights(ab.xy, ab.zw, inputs[2u * id.x + 1u].xy);
+    answers[id.x] = bitcast<vec2u>(w.yz / (w.x + w.y + w.z));
 }

@@ -10,7 +10,6 @@ struct Frame {
     anchor_x: vec4f,   // how the anchor moves from a pixel to its right neighbor
     anchor_y: vec4f,   // … and to the one below
     eye: vec4f,        // perspective: the eye, w = 1; orthographic: the direction, w = 0
-    background: vec4f, // premultiplied
     inside: vec4f,     // where rays begin if the eye is in a cell: (t_u, t_v, 0, scalar)
     eye_depth: f32,    // orthographic: λ of the camera's plane
     bias: f32,         // by which a layer must be behind the one before, normalized

@@ -49,7 +49,7 @@ fn face_of(s: Sides, turn: i32) -> u32 {
 }
 
 // λ and scalar where a ray crosses such a face.
-fn crossing_of(face: u32, v: Corners, shear: Shear, turn: i32) -> vec2f {
+fn crossing_of(face: u32, v: Corners, shear: Shear) -> vec2f {
     var a = v.v0;
     var b = v.v3;
     var c = v.v2;
@@ -64,7 +64,7 @@ fn crossing_of(face: u32, v: Corners, shear: Shear, turn: i32) -> vec2f {
         b = v.v2;
         c = v.v1;
     }
-    return crossing_point(a, b, c, f32(turn)) * vec2f(shear.depth, 1.0);
+    return crossing_point(a, b, c) * vec2f(shear.depth, 1.0);
 }
 
 // The one face that the ray goes out through.
@@ -80,7 +80,7 @@ fn leave(cell: vec2i, ray: Ray) -> Leaving {
     if face >= 2u {
         next = textureLoad(neighbors, cell + vec2i(1, 0), 0);
     }
-    let at = crossing_of(face, v, shear, turn);
+    let at = crossing_of(face, v, shear);
     return Leaving(select(next.zw, next.xy, face == 0u || face == 2u), at.x, at.y);
 }
 
@@ -90,7 +90,7 @@ fn scalar_where_entered(cell: vec2i, ray: Ray, state: vec4f) -> f32 {
     let v = corners_of(cell, shear);
     let turn = -outward(shear);
     let face = face_of(sides(v.v0.xy, v.v1.xy, v.v2.xy, v.v3.xy), turn);
-    return crossing_of(face, v, shear, turn).y;
+    return crossing_of(face, v, shear).y;
 }
 
 // The scalar with which the next cell begins after one in which the ray went back.

@@ -3,7 +3,7 @@
 // Weiler, Kraus, Ertl 2002, §4.1 and equation 1.
 // In:   FaceVarying.
 // Out:  as cell.wgsl.
-// With: projection/faces.wgsl, preintegration/lookup.wgsl and what it needs
+// With: projection/faces.wgsl, preintegration/lookup.wgsl and what it needs, common/ends.wgsl
 
 // Samples a side of the minimum texture, 0 for a minimum by comparison.
 override MINIMUM_SIDE: u32 = 0u;
@@ -29,6 +29,10 @@ fn fs_face(in: FaceVarying) -> @location(0) vec4f {
     let hidden = max(-frame.anchor_depth - in.depth, 0.0);
     let front = in.scalar + in.cell.x * hidden;
     length -= hidden;
+    if ENDS {
+        // Rays are parallel to the axis.
+        length = min(length, end_of_ray(vec2i(in.position.xy)) - (in.depth + hidden));
+    }
     if length <= 0.0 {
         return vec4f(0.0);
     }

@@ -30,3 +30,4 @@ struct Frame {
 
 // Group 0 is the frame, group 1 the volume.
 @group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(2) var ends: texture_2d<f32>; // of rays (common/ends.wgsl)

@@ -4,8 +4,8 @@
 // the scalars at the ray's entry and exit, else by the crossing itself. Cells come in any
 // order, and the depth buffer hides.
 // In:   Varying.
-// Out:  the color over everything; depth along the axis, from the anchor; the same as
-//       depth in [0, 1].
+// Out:  the color over everything; the distance along the ray from where it starts, normalized
+//       units; the depth along the axis from the anchor as one in [0, 1].
 // With: projection/chord.wgsl and what it needs,
 //       common/sides.wgsl, common/surfaces.wgsl
 
@@ -24,7 +24,7 @@ fn look_of(i: u32) -> vec4f {
 
 struct Met {
     @location(0) color: vec4f,
-    @location(1) along: f32,
+    @location(1) distance: f32,
     @builtin(frag_depth) depth: f32,
 }
 
@@ -35,19 +35,16 @@ const REACH: f32 = 2.0;
 @fragment
 fn fs_surface(in: Varying) -> Met {
     let ray = ray_of(in);
-    let through = ray.through;
-    let slope = ray.slope;
-    // As in chord.wgsl.
-    let p0 = vec4f(on_grid(fma(-slope, in.v0.zz, in.v0.xy - through)), in.v0.zw);
-    let p1 = vec4f(on_grid(fma(-slope, in.v1.zz, in.v1.xy - through)), in.v1.zw);
-    let p2 = vec4f(on_grid(fma(-slope, in.v2.zz, in.v2.xy - through)), in.v2.zw);
-    let p3 = vec4f(on_grid(fma(-slope, in.v3.zz, in.v3.xy - through)), in.v3.zw);
+    let p0 = sheared(in.v0, ray);
+    let p1 = sheared(in.v1, ray);
+    let p2 = sheared(in.v2, ray);
+    let p3 = sheared(in.v3, ray);
     let turns = turns(sides(p0.xy, p1.xy, p2.xy, p3.xy));
     if !any(turns.enters) || !any(turns.leaves) {
         discard;
     }
-    let entry = crossed_face(turns.enters, p0, p1, p2, p3);
-    let exit = crossed_face(turns.leaves, p0, p1, p2, p3);
+    let entry = crossing_point(sorted(crossed_face(turns.enters, p0, p1, p2, p3)));
+    let exit = crossing_point(sorted(crossed_face(turns.leaves, p0, p1, p2, p3)));
     let left = what_is_left(ray, in.per_depth.z, entry, exit);
     if left.back.x < left.front.x {
         discard;
@@ -57,15 +54,15 @@ fn fs_surface(in: Varying) -> Met {
         discard;
     }
     let along = mix(left.front.x, left.back.x, met.share);
-    let direction = normalize(vec3f(slope, 1.0));
+    let direction = normalize(vec3f(ray.slope, 1.0));
     let gradient = gradient_of(in.v0, in.v1, in.v2, in.v3);
     var color = shade(met.surface, gradient, direction);
     if CUED {
-        color *= cue_at(vec3f(through + slope * along, along));
+        color *= cue_at(vec3f(ray.through + ray.slope * along, along));
     }
     return Met(
         vec4f(color, 1.0),
-        along,
+        (along - in.per_depth.z) * sqrt(1.0 + dot(slope, slope)),
         saturate(0.5 + along / (2.0 * REACH)),
     );
 }
@@ -86,30 +83,18 @@ fn crossing_between(front: f32, back: f32) -> Crossing {
     return Crossing(surface, saturate(share));
 }
 
-// Depth and scalar where the ray crosses the one face that is marked, of those opposite
-// vertex 0, 1, 2, 3.
-fn crossed_face(opposite: vec4<bool>, p0: vec4f, p1: vec4f, p2: vec4f, p3: vec4f) -> vec2f {
-    let a = select(p0, p1, opposite.x);
-    let b = select(p1, p2, opposite.x || opposite.y);
-    let c = select(p3, p2, opposite.w);
-    // Sorted, so that both cells of the face compute with the same numbers in the same
-    // order and get the same bits. Else a surface through a shared face could be behind it
-    // for the one and before it for the other, and be drawn by none.
-    let low = select(b, a, comes_first(a.xy, b.xy));
-    let high = select(a, b, comes_first(a.xy, b.xy));
-    let first = select(c, low, comes_first(low.xy, c.xy));
-    let rest = select(low, c, comes_first(low.xy, c.xy));
-    let second = select(rest, high, comes_first(high.xy, rest.xy));
-    let third = select(high, rest, comes_first(high.xy, rest.xy));
-    let w1 = abs(edge(second.xy, third.xy));
-    let w2 = abs(edge(first.xy, third.xy));
-    let w3 = abs(edge(first.xy, second.xy));
-    let total = max(w1 + w2 + w3, 1e-36);
-    // From the first corner: a face on which the scalar is one has it to the last bit.
-    let met = first.zw + (w2 * (second.zw - first.zw) + w3 * (third.zw - first.zw)) / total;
-    let least = min(first.zw, min(second.zw, third.zw));
-    let greatest = max(first.zw, max(second.zw, third.zw));
-    return clamp(met, least, greatest);
+// Both cells of a sorted face compute with the same numbers in the same order and get the same
+// bits. Else a surface through a shared face could be behind it for the one and before it for
+// the other, and be drawn by none.
+fn sorted(face: Face) -> Face {
+    let is_a = comes_first(face.a.xy, face.b.xy);
+    let low = select(face.b, face.a, is_a);
+    let high = select(face.a, face.b, is_a);
+    let is_low = comes_first(low.xy, face.c.xy);
+    let first = select(face.c, low, is_low);
+    let rest = select(low, face.c, is_low);
+    let is_high = comes_first(high.xy, rest.xy);
+    return Face(first, select(rest, high, is_high), select(high, rest, is_high));
 }
 
 fn comes_first(a: vec2f, b: vec2f) -> bool {

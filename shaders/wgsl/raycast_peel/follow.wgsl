@@ -43,7 +43,7 @@ fn path_from(face: u32, turn: i32, shear: Shear) -> Path {
     let a = corner(ids.x, shear);
     let b = corner(ids.y, shear);
     let c = corner(ids.z, shear);
-    let near = crossing_point(a, b, c, f32(turn)) * vec2f(shear.depth, 1.0);
+    let near = crossing_point(a, b, c) * vec2f(shear.depth, 1.0);
     let piece = Piece(0.0, 0.0, 0.0, 0.0, vec2f(0.0));
     return Path(a, b, c, turn, ids.w, NO_FACE, near, near.x, 0u, piece, no_rest());
 }
@@ -57,7 +57,6 @@ fn path_from(face: u32, turn: i32, shear: Shear) -> Path {
 fn follow(path: ptr<function, Path>, shear: Shear, line: Line, ray: ptr<function, Gathered>, most: u32) -> u32 {
     var p = *path;
     var rest = p.rest;
-    let turned = f32(p.turn);
     var ended = ON_WAY;
     for (var n = 0u; n < most || rest.on_step; n += 1u) {
         if !rest.is_left {
@@ -72,7 +71,7 @@ fn follow(path: ptr<function, Path>, shear: Shear, line: Line, ray: ptr<function
                 b.scalar = own[u32(a.id < b.id) + u32(c.id < b.id) + u32(d.id < b.id)];
                 c.scalar = own[u32(a.id < c.id) + u32(b.id < c.id) + u32(d.id < c.id)];
                 d.scalar = own[u32(a.id < d.id) + u32(b.id < d.id) + u32(c.id < d.id)];
-                p.near.y = crossing_point(a, b, c, turned).y;
+                p.near.y = crossing_point(a, b, c).y;
             }
             // Of the three faces around d, the ray leaves through the one whose two
             // edges at d pass it on the side of the entry face's edges.
@@ -95,7 +94,7 @@ fn follow(path: ptr<function, Path>, shear: Shear, line: Line, ray: ptr<function
             }
             let rank = u32(kept.x < left.id) + u32(kept.y < left.id) + u32(d.id < left.id);
             p.next = textureLoad(neighbors, at, 0)[rank];
-            let far = crossing_point(a, b, c, turned) * vec2f(shear.depth, 1.0);
+            let far = crossing_point(a, b, c) * vec2f(shear.depth, 1.0);
             p.piece = piece_of(p.cell, p.near, far, p.seen, line);
             if p.piece.length > 0.0 {
                 if MODEL == ISOSURFACES {

@@ -31,7 +31,7 @@ fn interval_count() -> u32 {
     return INTERVAL_COUNT;
 }
 
-// The depth of rays that meet none.
+// The distance of a surface where there is none.
 const NO_SURFACE: f32 = 3e38;
 
 // An optical depth behind which a ray stops, whatever its `stop_depth`.
@@ -219,18 +219,10 @@ fn gather_interval(ray: ptr<function, Gathered>, piece: Piece, rest: ptr<functio
     }
 }
 
-// `tetrascope_core::optics::over`, model by model.
-fn over(ray: Gathered, behind: vec4f) -> vec4f {
-    let t = transmittance(ray.depth);
-    switch MODEL {
-        case EMISSION: {
-            return vec4f(ray.light + behind.xyz, behind.w);
-        }
-        case MAXIMUM_INTENSITY: {
-            return vec4f(max(ray.light, behind.xyz), behind.w);
-        }
-        default: {
-            return vec4f(ray.light + t * behind.xyz, opacity(ray.depth) + t * behind.w);
-        }
+// What a ray leaves for gather/resolve.wgsl.
+fn gathered(ray: Gathered) -> vec4f {
+    if MODEL == ABSORPTION {
+        return vec4f(ray.depth, 0.0, 0.0, 0.0);
     }
+    return vec4f(ray.light, opacity(ray.depth));
 }

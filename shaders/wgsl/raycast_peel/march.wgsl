@@ -9,8 +9,9 @@
 // of rounds, whose passes `Budget` of budget.rs adds up, and what is not done is saved.
 // In:   vertices, cells, boundary, and for each tile the boundary faces that its rays may meet,
 //       or layers of those that each ray crosses.
-// Out:  linear premultiplied RGBA over the background, one texel a ray.
-// With: raycast_peel/rays.wgsl, raycast_peel/crossings.wgsl, raycast_peel/gather.wgsl,
+// Out:  one texel per ray. EmissionAbsorption: light and opacity, premultiplied; Emission: light;
+//       Absorption: optical depth in red; MaximumIntensity: color; Isosurfaces: color and 1.
+// With: common/ends.wgsl, raycast_peel/rays.wgsl, raycast_peel/crossings.wgsl, raycast_peel/gather.wgsl,
 //       raycast_peel/follow.wgsl and what they need
 
 struct Counters {
@@ -24,7 +25,9 @@ struct Counters {
 
 @group(0) @binding(1) var image: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(2) var<storage, read_write> counters: Counters;
-@group(0) @binding(4) var depths: texture_storage_2d<r32float, write>; // of ISOSURFACES
+// Of isosurfaces: from where rays start, normalized units.
+@group(0) @binding(4) var distances: texture_storage_2d<r32float, write>;
+@group(0) @binding(8) var ends: texture_2d<f32>; // of rays (common/ends.wgsl)
 
 // What differs between the dispatches of a frame.
 struct Progress {
@@ -153,7 +156,11 @@ fn cast_ray(pixel: vec2u, place: u32) -> u32 {
     let left = clip_ray(pixel_ray.anchor, pixel_ray.direction);
     let cue_x = dot(look.cue.xyz, pixel_ray.anchor) + look.cue.w;
     let cue = vec2f(cue_x, dot(look.cue.xyz, pixel_ray.direction));
-    let line = Line(pixel_ray.direction, max(pixel_ray.eye_t, left.x), left.y, cue);
+    var end = left.y;
+    if ENDS {
+        end = min(end, end_of_ray(vec2i(pixel)) / dot(pixel_ray.direction, march.forward.xyz));
+    }
+    let line = Line(pixel_ray.direction, max(pixel_ray.eye_t, left.x), end, cue);
     let tile = pixel.y / TILE * march.tiles_x + pixel.x / TILE;
     var t = new_trace(tile_faces[tile]);
     if RESUMES {
@@ -179,12 +186,11 @@ fn cast_ray(pixel: vec2u, place: u32) -> u32 {
     if RESUMES {
         states[place] = state_of(t);
     }
-    let ray = t.ray;
-    textureStore(image, pixel, over(ray, march.background));
+    textureStore(image, pixel, gathered(t.ray));
     if MODEL == ISOSURFACES {
-        // World units from where the ray starts.
-        let depth = select((ray.surface_t - pixel_ray.eye_t) * march.scale, NO_SURFACE, ray.surface_t == FAR_AWAY);
-        textureStore(depths, pixel, vec4f(depth, 0.0, 0.0, 0.0));
+        let met = t.ray.surface_t;
+        let distance = select(met - pixel_ray.eye_t, NO_SURFACE, met == FAR_AWAY);
+        textureStore(distances, pixel, vec4f(distance, 0.0, 0.0, 0.0));
     }
     return t.visits;
 }

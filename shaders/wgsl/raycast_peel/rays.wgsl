@@ -5,14 +5,13 @@ struct March {
     anchor_x: vec4f,   // how the anchor moves from a pixel to its right neighbor
     anchor_y: vec4f,   // … and to the one below
     eye: vec4f,        // perspective: the eye, w = 1; orthographic: the direction, w = 0
-    background: vec4f, // premultiplied
     forward: vec4f,    // of the camera, a unit vector; w unused
     eye_depth: f32,    // orthographic: t of the camera's plane, seen from the anchor
     width: u32,
     height: u32,
     tiles_x: u32,      // tiles a row
     stop_depth: f32,   // optical depth beyond which a ray stops
-    scale: f32,        // world units in a normalized unit
+    unused: f32,
     layers: u32,       // of the boundary that were peeled
     listed_from: u32,  // a ray in this many layers may be in more, and searches lists
 }

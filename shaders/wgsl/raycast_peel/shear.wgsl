@@ -61,12 +61,10 @@ fn sheared(id: u32, position: vec3f, scalar: f32, shear: Shear) -> Corner {
 // push either outside the range of its corners, and no rounding the scalar: a constant
 // stays one, on the step of a transfer function too. A corner without a scalar leaves the face
 // without one, however small its weight is.
-fn crossing_point(a: Corner, b: Corner, c: Corner, turn: f32) -> vec2f {
-    let wa = weight(b.xy, c.xy, turn);
-    let wb = weight(c.xy, a.xy, turn);
-    let wc = weight(a.xy, b.xy, turn);
-    let sum = wa + wb + wc;
-    let zs = wa * vec2f(a.z, a.scalar) + wb * vec2f(b.z, b.scalar) + wc * vec2f(c.z, c.scalar);
+fn crossing_point(a: Corner, b: Corner, c: Corner) -> vec2f {
+    let w = weights(a.xy, b.xy, c.xy);
+    let sum = w.x + w.y + w.z;
+    let zs = w.x * vec2f(a.z, a.scalar) + w.y * vec2f(b.z, b.scalar) + w.z * vec2f(c.z, c.scalar);
     // Where the face is seen edge on, its middle.
     let middle = (vec2f(a.z, a.scalar) + vec2f(b.z, b.scalar) + vec2f(c.z, c.scalar)) / 3.0;
     let at = select(middle, zs / sum, sum > 0.0);

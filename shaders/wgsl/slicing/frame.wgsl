@@ -48,6 +48,7 @@ struct Frame {
 @group(0) @binding(1) var<storage, read> boxes: array<Box>; // back to front
 // Camera space.
 @group(0) @binding(2) var<uniform> look: Look;
+@group(0) @binding(5) var ends: texture_2d<f32>; // of rays (common/ends.wgsl)
 
 fn slab_depth(slab: i32) -> f32 {
     return frame.first_depth + f32(slab) * frame.step;

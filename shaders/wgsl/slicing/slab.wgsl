@@ -2,7 +2,8 @@
 //
 // Every number here depends on the pixel and the slab alone, so that boxes share no seam: a
 // slab of a ray belongs to the one box that has its middle.
-// With: slicing/frame.wgsl, slicing/box_plane.wgsl, common/look.wgsl, slicing/corners.wgsl,
+// With: slicing/frame.wgsl, slicing/box_plane.wgsl, common/look.wgsl,
+//       common/ends.wgsl, slicing/corners.wgsl,
 //       a part with `raw_at`
 
 // Cut the first and the last slab of a ray where the volume ends; or count them whole.
@@ -45,7 +46,7 @@ fn slab_of(in: Varying) -> Slab {
     }
     let left = clip_ray(vec3f(through, 0.0), vec3f(slope, 1.0));
     front = max(front, left.x);
-    back = min(back, left.y);
+    back = min(back, min(left.y, end_of_ray(vec2i(in.position.xy))));
     let middle = origin + 0.5 * (front + back) * along;
     let outside = !CUT_ENDS && (any(middle < vec3f(0.0)) || any(middle > frame.cells.xyz));
     let cell = cell_of(middle);

@@ -4,8 +4,9 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::optics::{Segment, integrate_segment};
 use tetrascope_core::{Error, Knot, OpticalModel, Scalars, TetMesh, TransferFunction};
+use tetrascope_f32::mean_chord;
 use tetrascope_gpu::memory::read_back;
-use tetrascope_gpu::preintegration::{self, Fixed, Source, Table, mean_chord};
+use tetrascope_gpu::preintegration::{self, Fixed, Source, Table};
 use tetrascope_gpu::{Gpu, Integration, memory};
 use tetrascope_testing as testing;
 

@@ -2,12 +2,13 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Bounds, Knot, OpticalModel, TransferFunction};
+use tetrascope_f32::{KnotPair, Normalization, ScalarMap};
 use tetrascope_gpu::memory::{Source, read_back};
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::preintegration::{self, Table};
-use tetrascope_gpu::transfer_function::intervals;
+use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages};
-use tetrascope_gpu::{Gpu, Integration, Interval, Normalization, ScalarMap};
+use tetrascope_gpu::{Gpu, Integration};
 use tetrascope_shaders::common::PROBE;
 
 /// A segment, as `probe.wgsl` has it.
@@ -21,9 +22,9 @@ pub(crate) struct Probe {
 
 /// The intervals of `tf` for a cube that is its own normalization; scalars in [0, 1]
 /// are their own map.
-pub(crate) fn intervals_of(tf: &TransferFunction) -> Vec<Interval> {
+pub(crate) fn intervals_of(tf: &TransferFunction) -> Vec<KnotPair> {
     let normalization = Normalization::of(&Bounds::of([DVec3::NEG_ONE, DVec3::ONE]));
-    intervals(tf, &ScalarMap::of(tf), &normalization).expect("few knots")
+    knot_pairs(tf, &ScalarMap::of(tf), &normalization).expect("few knots")
 }
 
 /// The table of `tf`, for segments up to `longest`, or all as long as that.

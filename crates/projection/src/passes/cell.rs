@@ -1,5 +1,7 @@
 //! Pass 3: draw the cells (`cell.wgsl`).
 
+use std::sync::{Arc, OnceLock};
+
 use tetrascope_core::{Error, OpticalModel};
 use tetrascope_gpu::gather::{blend, gathered_format};
 use tetrascope_gpu::passes::{
@@ -47,6 +49,8 @@ pub(crate) struct FrameData {
     pub(crate) values: gpu_data::Frame,
     pub(crate) frame: wgpu::Buffer,
     pub(crate) look: wgpu::Buffer,
+    /// Where rays end, and whether they do.
+    pub(crate) ends: (wgpu::TextureView, bool),
     /// Surfaces and lights, as `surfaces.wgsl` wants them.
     pub(crate) items: Vec<[f32; 4]>,
 }
@@ -67,11 +71,82 @@ pub(crate) enum Into<'a> {
 /// The pass for one volume and appearance.
 #[derive(Clone, Debug)]
 pub(crate) struct CellData {
-    pub(crate) pipeline: wgpu::RenderPipeline,
+    program: CellProgram,
+    pipeline: wgpu::RenderPipeline,
+    /// For rays that end before an application's geometry, compiled when it is first needed.
+    ending: Arc<OnceLock<wgpu::RenderPipeline>>,
     pub(crate) volume_group: wgpu::BindGroup,
     pub(crate) count: u32,
     /// Group 2, where faces are drawn in place of footprints.
     faces: Option<wgpu::BindGroup>,
+}
+
+/// What both pipelines have in common.
+#[derive(Clone, Debug)]
+struct CellProgram {
+    module: wgpu::ShaderModule,
+    layout: wgpu::PipelineLayout,
+    vertices: &'static str,
+    fragments: &'static str,
+    /// Of the vertex stage, and of the fragment stage.
+    constants: [Vec<(&'static str, f64)>; 2],
+    targets: Vec<Option<wgpu::ColorTargetState>>,
+    depth: Option<wgpu::DepthStencilState>,
+    cull_mode: Option<wgpu::Face>,
+}
+
+impl CellProgram {
+    /// With `ends` for rays that end before an application's geometry.
+    fn pipeline(&self, gpu: &Gpu, ends: bool) -> Result<wgpu::RenderPipeline, Error> {
+        let label = "projection::cell";
+        let [vertices, fragments] = &self.constants;
+        let mut fragments = fragments.clone();
+        fragments.push(("ENDS", ends.into()));
+        let with = |constants| wgpu::PipelineCompilationOptions {
+            constants,
+            ..Default::default()
+        };
+        gpu.checked(label, 0, || {
+            gpu.device()
+                .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                    label: Some(label),
+                    layout: Some(&self.layout),
+                    vertex: wgpu::VertexState {
+                        module: &self.module,
+                        entry_point: Some(self.vertices),
+                        compilation_options: with(vertices),
+                        buffers: &[],
+                    },
+                    primitive: wgpu::PrimitiveState {
+                        cull_mode: self.cull_mode,
+                        ..Default::default()
+                    },
+                    depth_stencil: self.depth.clone(),
+                    multisample: Default::default(),
+                    fragment: Some(wgpu::FragmentState {
+                        module: &self.module,
+                        entry_point: Some(self.fragments),
+                        compilation_options: with(&fragments),
+                        targets: &self.targets,
+                    }),
+                    multiview_mask: None,
+                    cache: None,
+                })
+        })
+    }
+}
+
+impl CellData {
+    fn pipeline(&self, gpu: &Gpu, ends: bool) -> Result<&wgpu::RenderPipeline, Error> {
+        if !ends {
+            return Ok(&self.pipeline);
+        }
+        if let Some(pipeline) = self.ending.get() {
+            return Ok(pipeline);
+        }
+        let made = self.program.pipeline(gpu, true)?;
+        Ok(self.ending.get_or_init(|| made))
+    }
 }
 
 impl CellPass {
@@ -83,7 +158,7 @@ impl CellPass {
         let indices = gpu.upload("projection::cell indices", &indices, BufferUsages::INDEX)?;
         gpu.checked(label, 0, || {
             let stages = ShaderStages::VERTEX_FRAGMENT;
-            let frame_layout = layout(gpu, label, stages, &[UNIFORM, UNIFORM]);
+            let frame_layout = layout(gpu, label, stages, &[UNIFORM, UNIFORM, TEXELS]);
             let types = [TEXELS, READ, READ, READ, READ, TEXELS, READ, TABLE];
             let volume_layout = layout(gpu, label, stages, &types);
             CellPass {
@@ -105,7 +180,6 @@ impl CellPass {
         model: OpticalModel,
         into: Into,
     ) -> Result<CellData, Error> {
-        let label = "projection::cell";
         let mut constants = vec![
             model_constant(model),
             ("DEEPEST", f64::from(uploaded.look.deepest)),
@@ -127,7 +201,7 @@ impl CellPass {
             ("INTERVAL_COUNT", uploaded.look.interval_count.into()),
             in_pieces,
         ];
-        let (mut vertices, mut primitive) = ("vs_cell", wgpu::PrimitiveState::default());
+        let (mut vertices, mut cull_mode) = ("vs_cell", None);
         if let Into::Faces(pass) = into {
             let (cells, most) = (uploaded.look.culled.items, u32::MAX / 12);
             if cells > most {
@@ -139,7 +213,7 @@ impl CellPass {
                 });
             }
             vertices = "vs_face";
-            primitive.cull_mode = Some(wgpu::Face::Back);
+            cull_mode = Some(wgpu::Face::Back);
             per_vertex.extend(pass.vertex_constants(uploaded.field.range));
         }
         constants.extend(uploaded.look.table.constants(uploaded.field.range));
@@ -172,38 +246,20 @@ impl CellPass {
                 (&pass.module, &pass.layout, "fs_face", targets, None)
             }
         };
-        let pipeline = gpu.checked(label, 0, || {
-            gpu.device()
-                .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                    label: Some(label),
-                    layout: Some(layout),
-                    vertex: wgpu::VertexState {
-                        module,
-                        entry_point: Some(vertices),
-                        compilation_options: wgpu::PipelineCompilationOptions {
-                            constants: &per_vertex,
-                            ..Default::default()
-                        },
-                        buffers: &[],
-                    },
-                    primitive,
-                    depth_stencil: depth,
-                    multisample: Default::default(),
-                    fragment: Some(wgpu::FragmentState {
-                        module,
-                        entry_point: Some(entry),
-                        compilation_options: wgpu::PipelineCompilationOptions {
-                            constants: &constants,
-                            ..Default::default()
-                        },
-                        targets,
-                    }),
-                    multiview_mask: None,
-                    cache: None,
-                })
-        })?;
+        let program = CellProgram {
+            module: module.clone(),
+            layout: layout.clone(),
+            vertices,
+            fragments: entry,
+            constants: [per_vertex, constants],
+            targets: targets.to_vec(),
+            depth,
+            cull_mode,
+        };
         Ok(CellData {
-            pipeline,
+            pipeline: program.pipeline(gpu, false)?,
+            program,
+            ending: Arc::default(),
             volume_group: self.volume_group(gpu, uploaded, drawn)?,
             count: uploaded.look.culled.items,
             faces: match into {
@@ -251,10 +307,10 @@ impl CellPass {
         frame: &FrameData,
         data: &CellData,
         gathered: &wgpu::TextureView,
-    ) {
+    ) -> Result<(), Error> {
         let clear = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
         let mut pass = begin(encoder, "projection::cell", gathered, clear);
-        self.draw(gpu, &mut pass, frame, data);
+        self.draw(gpu, &mut pass, frame, data)
     }
 
     /// Draws all cells; what is in groups from 2 on is the caller's.
@@ -264,13 +320,13 @@ impl CellPass {
         pass: &mut wgpu::RenderPass,
         frame: &FrameData,
         data: &CellData,
-    ) {
+    ) -> Result<(), Error> {
         self.bind(gpu, pass, frame, data);
-        pass.set_pipeline(&data.pipeline);
+        pass.set_pipeline(data.pipeline(gpu, frame.ends.1)?);
         if let Some(faces) = &data.faces {
             pass.set_bind_group(2, faces, &[]);
             pass.draw(0..12 * data.count, 0..1);
-            return;
+            return Ok(());
         }
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint16);
         let mut first = 0;
@@ -279,6 +335,7 @@ impl CellPass {
             pass.draw_indexed(0..6 * cells, (4 * first) as i32, 0..1);
             first += cells;
         }
+        Ok(())
     }
 
     /// Sets groups 0 and 1.
@@ -290,8 +347,12 @@ impl CellPass {
         data: &CellData,
     ) {
         let label = "projection::cell";
-        let uniforms = [&frame.frame, &frame.look].map(|buffer| buffer.as_entire_binding());
-        let frame = group(gpu, label, &self.frame_layout, &uniforms);
+        let resources = [
+            frame.frame.as_entire_binding(),
+            frame.look.as_entire_binding(),
+            BindingResource::TextureView(&frame.ends.0),
+        ];
+        let frame = group(gpu, label, &self.frame_layout, &resources);
         pass.set_bind_group(0, &frame, &[]);
         pass.set_bind_group(1, &data.volume_group, &[]);
     }

@@ -2,11 +2,11 @@
 //! on the device (`judge.wgsl`, `compact.wgsl`).
 
 use tetrascope_core::{Error, OpticalModel};
+use tetrascope_f32::KnotPair;
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::passes::{
     READ, UNIFORM, WRITE, compute_pipeline, group, layout, model_constant, module,
 };
-use tetrascope_gpu::transfer_function::Interval;
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
 use tetrascope_gpu::{Gpu, read_back};
 use tetrascope_shaders::projection::{COMPACT, JUDGE};
@@ -45,7 +45,7 @@ pub(crate) struct Judged<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) field: &'a Field,
     pub(crate) model: OpticalModel,
-    pub(crate) intervals: &'a [Interval],
+    pub(crate) intervals: &'a [KnotPair],
     /// Of isosurfaces, in the unit of the scalars.
     pub(crate) isovalues: &'a [f32],
     /// Whether cells may be drawn in pieces.
@@ -272,8 +272,8 @@ mod tests {
     use tetrascope_core::glam::DVec3;
     use tetrascope_core::mesh::{Association, Scalars};
     use tetrascope_core::{Knot, TetMesh, TransferFunction};
-    use tetrascope_gpu::ScalarMap;
-    use tetrascope_gpu::transfer_function::intervals;
+    use tetrascope_f32::ScalarMap;
+    use tetrascope_gpu::transfer_function::knot_pairs;
 
     use super::*;
     use crate::options::CellLayout;
@@ -370,7 +370,7 @@ mod tests {
                 );
                 let layout = CellLayout::SharedVertices;
                 let field = Field::upload(&gpu, &geometry, &mesh, map, layout).expect("it fits");
-                let intervals = intervals(&function(), &map, &geometry.normalization);
+                let intervals = knot_pairs(&function(), &map, &geometry.normalization);
                 let intervals = intervals.expect("few knots");
                 for model in OpticalModel::ALL {
                     let expected = (0..mesh.cell_count())

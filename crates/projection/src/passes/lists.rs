@@ -170,7 +170,7 @@ impl ListPass {
                     let mut pass = begin(encoder, "projection::fill", gathered, load);
                     pass.set_bind_group(2, &first, &[]);
                     pass.set_scissor_rect(x, y, width, height);
-                    cells.draw(gpu, &mut pass, frame, data);
+                    cells.draw(gpu, &mut pass, frame, data)?;
                 }
                 for turn in 0..turns {
                     let group = match turn {
@@ -188,7 +188,8 @@ impl ListPass {
                 }
                 let size = 4 * COUNTS;
                 encoder.copy_buffer_to_buffer(&lists.heads, 0, &counts, size * place, size);
-            })?;
+                Ok(())
+            })??;
         }
         Ok(counts)
     }

@@ -1,31 +1,29 @@
-//! Pass 3 where isosurfaces are drawn (`surface.wgsl`), and how they get among the
-//! application's own geometry (`among.wgsl`).
+//! Pass 3 where isosurfaces are drawn (`surface.wgsl`).
 
-use tetrascope_core::glam::DMat4;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use tetrascope_core::{Appearance, Error};
-use tetrascope_gpu::look::surfaces;
-use tetrascope_gpu::passes::{READ, TEXELS, UNIFORM, group, layout, module, pipeline_layout};
+use tetrascope_f32::ScalarMap;
+use tetrascope_f32::look::surfaces;
+use tetrascope_gpu::canvas::NOWHERE;
+use tetrascope_gpu::passes::{READ, group, layout, module, pipeline_layout};
 use tetrascope_gpu::wgpu::{
     self, BindingResource, BufferUsages, ShaderStages, TextureFormat, TextureUsages,
 };
-use tetrascope_gpu::{Gpu, ScalarMap};
-use tetrascope_shaders::projection::{AMONG, SURFACE};
+use tetrascope_gpu::{Gpu, Sums};
+use tetrascope_shaders::projection::SURFACE;
 
 use super::cell::{CellData, CellPass, FrameData};
-use crate::gpu_data;
-use crate::options::{DepthFormat, SurfaceSearch};
+use crate::options::SurfaceSearch;
 
 /// Linear RGB, opaque.
 pub(crate) const COLOR: TextureFormat = TextureFormat::Rgba32Float;
-/// Depth along the axis.
-const ALONG: TextureFormat = TextureFormat::R32Float;
+/// Distance along the ray.
+const DISTANCE: TextureFormat = TextureFormat::R32Float;
 const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 
-/// The depth along the axis where no surface is met: before any that is drawn.
-pub(crate) const NO_SURFACE: f32 = -1e30;
-
 /// What the pass draws into.
-pub(crate) const TARGETS: [Option<wgpu::ColorTargetState>; 2] = [target(COLOR), target(ALONG)];
+pub(crate) const TARGETS: [Option<wgpu::ColorTargetState>; 2] = [target(COLOR), target(DISTANCE)];
 
 const fn target(format: TextureFormat) -> Option<wgpu::ColorTargetState> {
     Some(wgpu::ColorTargetState {
@@ -52,16 +50,8 @@ pub(crate) struct SurfacePass {
     pub(crate) module: wgpu::ShaderModule,
     pub(crate) layout: wgpu::PipelineLayout,
     look_layout: wgpu::BindGroupLayout,
-    among: Option<Among>,
-}
-
-/// How isosurfaces get among geometry that is there already.
-#[derive(Clone, Debug)]
-struct Among {
-    frame_layout: wgpu::BindGroupLayout,
-    layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::RenderPipeline,
-    has_stencil: bool,
+    /// The depths of the nearest, of the last frame for the next.
+    depths: Arc<Mutex<Option<wgpu::Texture>>>,
 }
 
 /// How surfaces are found in cells, for one appearance.
@@ -72,14 +62,6 @@ pub(crate) struct SurfaceData {
     range: (f32, f32),
 }
 
-/// What a frame is drawn into, kept for the next.
-#[derive(Clone, Debug)]
-pub(crate) struct SurfaceTextures {
-    pub(crate) color: wgpu::Texture,
-    pub(crate) along: wgpu::Texture,
-    depth: wgpu::Texture,
-}
-
 /// A texture of numbers of surfaces.
 const NUMBERS: wgpu::BindingType = wgpu::BindingType::Texture {
     sample_type: wgpu::TextureSampleType::Uint,
@@ -88,12 +70,7 @@ const NUMBERS: wgpu::BindingType = wgpu::BindingType::Texture {
 };
 
 impl SurfacePass {
-    pub(crate) fn new(
-        gpu: &Gpu,
-        cells: &CellPass,
-        target: TextureFormat,
-        depth: Option<DepthFormat>,
-    ) -> Result<SurfacePass, Error> {
+    pub(crate) fn new(gpu: &Gpu, cells: &CellPass) -> Result<SurfacePass, Error> {
         let label = "projection::surface";
         gpu.checked(label, 0, || {
             let types = [READ, NUMBERS];
@@ -103,26 +80,26 @@ impl SurfacePass {
                 module: module(gpu, label, SURFACE),
                 layout: pipeline_layout(gpu, label, &[frame, volume, &look_layout]),
                 look_layout,
-                among: depth.map(|depth| Among::new(gpu, target, depth)),
+                depths: Arc::default(),
             }
         })
     }
 
-    /// Records one draw of all cells into `textures`.
+    /// Records one draw of all cells into `sums`, which has distances.
     pub(crate) fn record(
         &self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         (frame, look): (&FrameData, &wgpu::BindGroup),
         (cells, data): (&CellPass, &CellData),
-        textures: &SurfaceTextures,
-    ) {
+        sums: &Sums,
+    ) -> Result<(), Error> {
         let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
-        let color = view(&textures.color);
-        let along = view(&textures.along);
-        let depth = view(&textures.depth);
+        let color = view(&sums.color);
+        let distances = view(sums.distances.as_ref().expect("surfaces have distances"));
+        let depth = view(&self.depths(gpu, (sums.color.width(), sums.color.height()))?);
         let nowhere = wgpu::Color {
-            r: f64::from(NO_SURFACE),
+            r: NOWHERE.into(),
             ..wgpu::Color::TRANSPARENT
         };
         let attachment = |view, clear| {
@@ -140,7 +117,7 @@ impl SurfacePass {
             label: Some("projection::surface"),
             color_attachments: &[
                 attachment(&color, wgpu::Color::TRANSPARENT),
-                attachment(&along, nowhere),
+                attachment(&distances, nowhere),
             ],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &depth,
@@ -153,7 +130,17 @@ impl SurfacePass {
             ..Default::default()
         });
         pass.set_bind_group(2, look, &[]);
-        cells.draw(gpu, &mut pass, frame, data);
+        cells.draw(gpu, &mut pass, frame, data)
+    }
+
+    fn depths(&self, gpu: &Gpu, size: (u32, u32)) -> Result<wgpu::Texture, Error> {
+        let mut kept = self.depths.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = kept.take().filter(|t| (t.width(), t.height()) == size);
+        let usage = TextureUsages::RENDER_ATTACHMENT;
+        let make = || gpu.texture("of isosurfaces' order", size, DEPTH, usage);
+        let found = found.map_or_else(make, Ok)?;
+        *kept = Some(found.clone());
+        Ok(found)
     }
 
     /// What the pass reads of `frame`.
@@ -172,116 +159,6 @@ impl SurfacePass {
         gpu.checked(label, 0, || {
             group(gpu, label, &self.look_layout, &resources)
         })
-    }
-
-    /// Records what puts `textures` into `target` where nothing in `depth` hides it;
-    /// `clip` takes camera space to clip space.
-    pub(crate) fn record_among(
-        &self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-        (frame, clip): (&wgpu::Buffer, &DMat4),
-        textures: &SurfaceTextures,
-        (target, depth): (&wgpu::TextureView, &wgpu::TextureView),
-    ) -> Result<(), Error> {
-        let label = "projection::among";
-        let Some(among) = &self.among else {
-            return Err(Error::invalid(
-                "a depth target, but ProjectionOptions::depth_format is not set",
-            ));
-        };
-        let clip = gpu_data::Clip {
-            z: clip.row(2).as_vec4().to_array(),
-            w: clip.row(3).as_vec4().to_array(),
-        };
-        let clip = gpu.upload(label, &[clip], BufferUsages::UNIFORM)?;
-        gpu.checked(label, 0, || {
-            let frame = [frame.as_entire_binding()];
-            let frame = group(gpu, label, &among.frame_layout, &frame);
-            let color = textures.color.create_view(&Default::default());
-            let along = textures.along.create_view(&Default::default());
-            let resources = [
-                clip.as_entire_binding(),
-                BindingResource::TextureView(&color),
-                BindingResource::TextureView(&along),
-            ];
-            let drawn = group(gpu, label, &among.layout, &resources);
-            let kept = wgpu::StoreOp::Store;
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some(label),
-                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: target,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Load,
-                        store: kept,
-                    },
-                })],
-                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                    view: depth,
-                    depth_ops: Some(wgpu::Operations {
-                        load: wgpu::LoadOp::Load,
-                        store: kept,
-                    }),
-                    stencil_ops: among.has_stencil.then_some(wgpu::Operations {
-                        load: wgpu::LoadOp::Load,
-                        store: kept,
-                    }),
-                }),
-                ..Default::default()
-            });
-            pass.set_pipeline(&among.pipeline);
-            pass.set_bind_group(0, &frame, &[]);
-            pass.set_bind_group(1, &drawn, &[]);
-            pass.draw(0..3, 0..1);
-        })
-    }
-}
-
-impl Among {
-    /// Inside of [`Gpu::checked`].
-    fn new(gpu: &Gpu, target: TextureFormat, depth: DepthFormat) -> Among {
-        let label = "projection::among";
-        let module = module(gpu, label, AMONG);
-        let frame_layout = layout(gpu, label, ShaderStages::FRAGMENT, &[UNIFORM]);
-        let types = [UNIFORM, TEXELS, TEXELS];
-        let textures = layout(gpu, label, ShaderStages::FRAGMENT, &types);
-        let pipeline = gpu
-            .device()
-            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(label),
-                layout: Some(&pipeline_layout(gpu, label, &[&frame_layout, &textures])),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("vs_among"),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: Default::default(),
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: depth.format,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(depth.compare),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some("fs_among"),
-                    compilation_options: Default::default(),
-                    targets: &[Some(target.into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            });
-        Among {
-            frame_layout,
-            layout: textures,
-            pipeline,
-            has_stencil: depth.format.has_stencil_aspect(),
-        }
     }
 }
 
@@ -369,23 +246,6 @@ fn thickened(values: &[f32], n: u32, thickness: f32, (low, high): (f32, f32)) ->
         .flat_map(|back| (0..n).map(move |front| (front, back)))
         .map(|(front, back)| seen(at(front), at(back)))
         .collect()
-}
-
-impl SurfaceTextures {
-    pub(crate) fn new(gpu: &Gpu, size: (u32, u32)) -> Result<SurfaceTextures, Error> {
-        let drawn = TextureUsages::RENDER_ATTACHMENT;
-        let read = drawn | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC;
-        Ok(SurfaceTextures {
-            color: gpu.texture("of isosurfaces", size, COLOR, read)?,
-            along: gpu.texture("of isosurfaces' depths", size, ALONG, read)?,
-            depth: gpu.texture("of isosurfaces' order", size, DEPTH, drawn)?,
-        })
-    }
-
-    /// Whether a frame of `size` fits.
-    pub(crate) fn fits(&self, size: (u32, u32)) -> bool {
-        (self.color.width(), self.color.height()) == size
-    }
 }
 
 #[cfg(test)]

@@ -76,13 +76,12 @@ impl TransformPass {
         encoder: &mut wgpu::CommandEncoder,
         frame: &wgpu::Buffer,
         data: &TransformData,
-        timestamps: Option<wgpu::ComputePassTimestampWrites>,
     ) {
         let label = "projection::transform";
         let frame = group(gpu, label, &self.frame_layout, &[frame.as_entire_binding()]);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(label),
-            timestamp_writes: timestamps,
+            timestamp_writes: None,
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &frame, &[]);

@@ -3,11 +3,9 @@
 use std::sync::OnceLock;
 
 use tetrascope_core::{Appearance, Error, OpticalModel, TetMesh};
-use tetrascope_gpu::gather::ResolvePass;
 use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::{Gpu, Integration};
 
-use super::READ_BACK_FORMAT;
 use crate::centroids::Centroids;
 use crate::mpvo::{Mpvo, unproven};
 use crate::options::{ExitSearch, Order, ProjectionOptions};
@@ -34,8 +32,6 @@ pub(super) struct Scene {
     pub(super) cell: CellData,
     /// For lists in pixels, where `sorting` is another that was not right in some view.
     pub(super) whole_cells: OnceLock<CellData>,
-    /// Into the caller's format, and into the one that `render` reads back.
-    pub(super) resolve: [ResolvePass; 2],
 }
 
 /// How the cells of a scene are ordered.
@@ -101,6 +97,7 @@ impl Parts<'_> {
             table,
             pieces,
             listed: !matches!(way, Way::None | Way::Centroid),
+            extrapolates: self.face_pass.is_some(),
         };
         let look = Look::upload(gpu, &geometry, &field, &looked)?;
         let sorting = match way {
@@ -145,13 +142,6 @@ impl Parts<'_> {
             look: &look,
         };
         let cell = self.cell_pass.data(gpu, uploaded, drawn, model, into)?;
-        let format = self.options.target_format;
-        let resolve = ResolvePass::new(gpu, model, format)?;
-        let resolve_read_back = if format == READ_BACK_FORMAT {
-            resolve.clone()
-        } else {
-            ResolvePass::new(gpu, model, READ_BACK_FORMAT)?
-        };
         Ok(Scene {
             appearance: appearance.clone(),
             geometry,
@@ -163,7 +153,6 @@ impl Parts<'_> {
             surfaces,
             cell,
             whole_cells: OnceLock::new(),
-            resolve: [resolve, resolve_read_back],
         })
     }
 }

@@ -8,10 +8,8 @@ use tetrascope_core::{
 };
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::{self, CompareFunction, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, read_back};
-use tetrascope_projection::{
-    DepthFormat, DepthTarget, Projection, ProjectionOptions, SurfaceSearch,
-};
+use tetrascope_gpu::{Draw as _, Gpu, Over, SceneDepth, Target, read_back};
+use tetrascope_projection::{Projection, ProjectionOptions, SurfaceSearch};
 use tetrascope_testing::{self as testing, is_near_explained};
 
 use crate::common::mesh;
@@ -496,27 +494,23 @@ fn surfaces_hide_and_are_hidden_by_other_geometry() {
         };
         let clip_from_world = clip_from_world(&camera, compare);
         let application = Application::draw(&gpu, (64, 64), clip_from_world, corners, compare);
-        let options = ProjectionOptions {
-            depth_format: Some(DepthFormat {
-                format: DEPTH,
-                compare,
-            }),
-            target_format: TARGET,
-            ..ProjectionOptions::default()
-        };
-        let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+        let renderer = projection(&gpu, &volume, &appearance);
         let alone = renderer.render(&view).expect("a frame");
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let target = application.color.create_view(&Default::default());
-        let depth = DepthTarget {
-            view: &application.depth.create_view(&Default::default()),
+        let depth = SceneDepth {
+            texture: &application.depth,
             clip_from_world,
         };
-        renderer
-            .encode_among(&mut encoder, &view, &target, &depth)
-            .expect("recorded");
+        let target = Target {
+            over: Over::WhatIsThere,
+            depth: Some(depth),
+            ..Target::new(&target, TARGET)
+        };
+        let recorded = renderer.encode(&mut encoder, &view, &target);
         let copy = read_back(&gpu, &mut encoder, Source::Texture(&application.color));
         gpu.finish(encoder).expect("nothing can fail");
+        assert!(recorded.expect("recorded").statistics().is_ok());
         let pixels: Vec<[f32; 4]> = copy.expect("a copy").read().expect("readable");
         let (mut before, mut behind) = (0, 0);
         for (i, pixel) in pixels.iter().enumerate() {
@@ -545,43 +539,47 @@ fn surfaces_hide_and_are_hidden_by_other_geometry() {
 }
 
 #[test]
-fn depth_targets_need_surfaces_and_a_format() {
-    let Some(gpu) = testing::gpu("depth_targets_need_surfaces_and_a_format") else {
+fn targets_that_do_not_fit_are_refused() {
+    let Some(gpu) = testing::gpu("targets_that_do_not_fit_are_refused") else {
         return;
     };
     let volume = mesh("sphere", 40);
     let [view, ..] = views(&volume);
-    let corners = [DVec3::ZERO; 4];
-    let application = Application::draw(
-        &gpu,
-        (48, 48),
-        DMat4::IDENTITY,
-        corners,
-        CompareFunction::Less,
-    );
-    let target = application.color.create_view(&Default::default());
-    let depth = DepthTarget {
-        view: &application.depth.create_view(&Default::default()),
-        clip_from_world: DMat4::IDENTITY,
+    let renderer = projection(&gpu, &volume, &surfaces(&[0.8]));
+    let size = (view.width, view.height);
+    let texture = |(width, height), format| {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let texture = gpu.texture("the application's", (width, height), format, usage);
+        texture.expect("it fits")
     };
-    let surfaces = surfaces(&[0.8]);
-    let volumetric = Appearance {
-        optical_model: OpticalModel::Emission,
-        ..surfaces.clone()
-    };
-    let with = ProjectionOptions {
-        depth_format: Some(DepthFormat {
-            format: DEPTH,
-            compare: CompareFunction::Less,
-        }),
-        ..ProjectionOptions::default()
-    };
-    for (appearance, options) in [(surfaces, ProjectionOptions::default()), (volumetric, with)] {
-        let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+    let refused = |color: &wgpu::Texture, over, depth: Option<(&wgpu::Texture, DMat4)>| {
+        let color_view = color.create_view(&Default::default());
+        let target = Target {
+            over,
+            depth: depth.map(|(texture, clip_from_world)| SceneDepth {
+                texture,
+                clip_from_world,
+            }),
+            ..Target::new(&color_view, color.format())
+        };
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
-        let refused = renderer.encode_among(&mut encoder, &view, &target, &depth);
-        assert!(refused.is_err());
-    }
+        let refused = renderer.encode(&mut encoder, &view, &target).err();
+        refused.expect("it does not fit").to_string()
+    };
+    let color = texture(size, TARGET);
+    let less = texture((size.0 - 1, size.1), TARGET);
+    assert!(refused(&less, Over::Background, None).contains("47x48"));
+    let whole = texture(size, wgpu::TextureFormat::Rgba8Uint);
+    assert!(refused(&whole, Over::Background, None).contains("Rgba8Uint"));
+    let depth = texture(size, DEPTH);
+    let flat = DMat4::from_diagonal(DVec4::new(1.0, 1.0, 0.0, 1.0));
+    let depths = Some((&depth, flat));
+    assert!(refused(&color, Over::WhatIsThere, depths).contains("no inverse"));
+    let depths = Some((&color, DMat4::IDENTITY));
+    assert!(refused(&color, Over::WhatIsThere, depths).contains("no depth"));
+    let small = texture((size.0, 7), DEPTH);
+    let depths = Some((&small, DMat4::IDENTITY));
+    assert!(refused(&color, Over::WhatIsThere, depths).contains("48x7"));
 }
 
 #[test]

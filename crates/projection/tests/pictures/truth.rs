@@ -6,7 +6,7 @@ use tetrascope_core::{
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::memory::Source;
-use tetrascope_gpu::{Gpu, read_back, wgpu};
+use tetrascope_gpu::{Draw as _, Gpu, Target, read_back, wgpu};
 use tetrascope_projection::{Order, Projection, ProjectionOptions, Sort};
 use tetrascope_testing::{self as testing, between, kuhn, mesh};
 
@@ -554,24 +554,27 @@ fn the_callers_texture_gets_the_same_picture() {
     let volume = homogeneous(2, |_| true);
     let view = views(&volume)[0].1;
     let appearance = constant(3.0, OpticalModel::EmissionAbsorption);
-    let options = ProjectionOptions {
-        target_format: wgpu::TextureFormat::Rgba8Unorm,
-        ..ProjectionOptions::default()
-    };
+    let options = ProjectionOptions::default();
     let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
     let size = (view.width, view.height);
-    let texture = gpu.texture("the application's", size, options.target_format, usage);
+    let texture = gpu.texture(
+        "the application's",
+        size,
+        wgpu::TextureFormat::Rgba8Unorm,
+        usage,
+    );
     let texture = texture.expect("it fits");
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
     let target = texture.create_view(&Default::default());
-    renderer
-        .encode(&mut encoder, &view, &target)
-        .expect("recorded");
+    let target = Target::new(&target, texture.format());
+    let recorded = renderer.encode(&mut encoder, &view, &target);
     let copy = read_back(&gpu, &mut encoder, Source::Texture(&texture)).expect("a copy");
     gpu.finish(encoder).expect("nothing can fail");
     let bytes: Vec<[u8; 4]> = copy.read().expect("readable");
     let frame = renderer.render(&view).expect("a picture");
+    let stats = recorded.expect("recorded").statistics().expect("counted");
+    assert_eq!(stats.cells_drawn, frame.stats.cells_drawn);
     for (byte, pixel) in bytes.iter().zip(&frame.pixels) {
         for (b, p) in byte.iter().zip(pixel) {
             assert!(

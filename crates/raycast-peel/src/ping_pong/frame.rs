@@ -1,38 +1,36 @@
 //! One frame: layers of the boundary, rounds of steps, and when to end.
 
-use std::time::Instant;
-
 use tetrascope_core::glam::{DVec3, DVec4};
-use tetrascope_core::{Error, Frame as Picture, FrameStats, Projection, View};
+use tetrascope_core::{Error, FrameStats, OpticalModel, Projection, View};
+use tetrascope_f32::tiles::rectangles;
+use tetrascope_f32::{ImagePlane, Rays};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::passes::group;
 use tetrascope_gpu::wgpu::{
     self, BindGroup, BindingResource, BufferUsages, Color, LoadOp, TextureUsages, TextureView,
 };
-use tetrascope_gpu::{Gpu, read_back};
+use tetrascope_gpu::{Canvas, Commands, Gpu, Recorded, Sums, Target, read_back};
 
 use super::PingPong;
 use super::gpu_data::{Frame, TILES, Tally};
 use super::mesh::Boundary;
 use super::passes::{BEFORE, DEPTHS, TEXELS, record_clear};
 use super::tiles::{Tile, tiles};
+use crate::NAME;
 use crate::options::Crossings;
-use crate::rays::Rays;
-use crate::tiles::rectangles;
 
 /// Textures as large as the image, which live as long as a frame.
 struct Targets {
     /// Figure 9: cell, λ and scalar; written in turn.
     states: [TextureView; 2],
     /// Figure 9: color and opacity; written in turn.
-    colors: [TextureView; 2],
+    colors: [wgpu::Texture; 2],
     /// Figure 6: where rays come in, layer after layer in turn.
     layers: [TextureView; 2],
     /// Of the boundary's faces.
     depths: TextureView,
     /// 0 for idle rays, 1 for the others.
     retired: TextureView,
-    image: wgpu::Texture,
 }
 
 impl Targets {
@@ -45,16 +43,20 @@ impl Targets {
             make(label, format, more).map(|t| t.create_view(&Default::default()))
         };
         let texels = |label| view(label, TEXELS, TextureUsages::TEXTURE_BINDING);
+        let color = || make("ping-pong::color", TEXELS, TextureUsages::TEXTURE_BINDING);
         let depths = |label| view(label, DEPTHS, TextureUsages::empty());
         Ok(Targets {
             states: [texels("ping-pong::state")?, texels("ping-pong::state")?],
-            colors: [texels("ping-pong::color")?, texels("ping-pong::color")?],
+            colors: [color()?, color()?],
             layers: [texels("ping-pong::layer")?, texels("ping-pong::layer")?],
             depths: depths("ping-pong::depths")?,
             retired: depths("ping-pong::retired")?,
-            image: make("ping-pong::image", TEXELS, TextureUsages::COPY_SRC)?,
         })
     }
+}
+
+fn view_of(texture: &wgpu::Texture) -> TextureView {
+    texture.create_view(&Default::default())
 }
 
 /// A frame while it is drawn.
@@ -78,10 +80,22 @@ struct Drawing<'a> {
 }
 
 impl PingPong {
-    /// Draws one frame. Submits once a layer and once every `query_interval` steps.
-    pub(super) fn draw(&self, view: &View) -> Result<Picture, Error> {
-        view.validate()?;
-        let start = Instant::now();
+    /// Draws one frame. Submits once per layer and once every `query_interval` steps.
+    pub(crate) fn record(
+        &self,
+        canvas: &Canvas,
+        commands: &mut Commands,
+        view: &View,
+        target: &Target,
+    ) -> Result<Recorded, Error> {
+        if !commands.may_submit() {
+            return Err(Error::Unsupported {
+                renderer: NAME,
+                what: "a step a pass into the caller's encoder".into(),
+                reason: "the CPU reads between passes whether rays are left".into(),
+            });
+        }
+        commands.submit()?;
         let eye = self.mesh.normalization.point(view.camera.position);
         let inside = match (view.camera.projection, self.options.crossings) {
             (Projection::Perspective { .. }, Crossings::Planes) => self.mesh.cell_around(eye),
@@ -105,8 +119,25 @@ impl PingPong {
                 break;
             }
         }
-        let pixels = drawing.display()?;
+        let sums = Sums {
+            color: drawing.targets.colors[drawing.written].clone(),
+            distances: None,
+        };
+        // Opacity, not depth, is gathered, where nothing shines too.
+        let model = match self.style.appearance.optical_model {
+            OpticalModel::Absorption => OpticalModel::EmissionAbsorption,
+            model => model,
+        };
+        let normalization = &self.mesh.normalization;
+        canvas.put(
+            commands.encoder(),
+            view,
+            normalization,
+            (model, &sums),
+            target,
+        )?;
         let mut stats = drawing.stats;
+        stats.passes += 1;
         let drawn = || all.iter().filter(|tile| seen[tile.index]);
         let steps = || drawn().map(|tile| drawing.steps[tile.index]);
         stats.tiles_drawn = Some(drawn().count() as u64);
@@ -120,8 +151,7 @@ impl PingPong {
             ));
         }
         stats.bytes_resident = self.bytes_resident();
-        stats.cpu_seconds = start.elapsed().as_secs_f64();
-        Ok(Picture::new(drawing.size, pixels, stats))
+        Ok(Recorded::new(stats))
     }
 
     fn frame(&self, view: &View, inside: Option<([f32; 2], f32)>) -> Frame {
@@ -137,7 +167,6 @@ impl PingPong {
             anchor_x: extended(rays.anchor_x, 0.0),
             anchor_y: extended(rays.anchor_y, 0.0),
             eye: extended(rays.eye, if rays.is_point { 1.0 } else { 0.0 }),
-            background: view.premultiplied_background().map(|c| c as f32),
             inside: [u, v, 0.0, scalar],
             eye_depth: rays.eye_depth as f32,
             bias: self.options.peel_bias * extent.max(0.0),
@@ -159,36 +188,26 @@ impl PingPong {
     fn clip(&self, view: &View) -> [[f32; 4]; 4] {
         // Before this nothing is drawn: far below what f32 resolves of the mesh.
         const NEAR: f64 = 1e-6;
-        let normalization = &self.mesh.normalization;
-        let (right, up, forward) = view.camera.axes();
-        let eye = normalization.point(view.camera.position);
-        let aspect = f64::from(view.width) / f64::from(view.height);
+        let plane = ImagePlane::new(view, &self.mesh.normalization);
         let row = |axis: DVec3, factor: f64, from: DVec3| {
             let axis = axis * factor;
             axis.extend(-axis.dot(from))
         };
-        let rows = match view.camera.projection {
-            Projection::Perspective { view_angle } => {
-                let zoom = 1.0 / (view_angle.to_radians() / 2.0).tan();
-                [
-                    row(right, zoom / aspect, eye),
-                    row(up, zoom, eye),
-                    DVec4::W * NEAR,
-                    row(forward, 1.0, eye),
-                ]
-            }
-            Projection::Orthographic { parallel_scale } => {
-                let zoom = normalization.scale / parallel_scale;
-                // Vertices lie within √3 of the center.
-                let depth = row(forward, -0.25, DVec3::ZERO) + DVec4::W * 0.5;
-                [
-                    row(right, zoom / aspect, eye),
-                    row(up, zoom, eye),
-                    depth,
-                    DVec4::W,
-                ]
+        let [zoom_x, zoom_y] = plane.reach.map(f64::recip);
+        let (depth, w) = match plane.is_perspective {
+            true => (DVec4::W * NEAR, row(plane.forward, 1.0, plane.eye)),
+            // Vertices lie within √3 of the center.
+            false => {
+                let depth = row(plane.forward, -0.25, DVec3::ZERO) + DVec4::W * 0.5;
+                (depth, DVec4::W)
             }
         };
+        let rows = [
+            row(plane.right, zoom_x, plane.eye),
+            row(plane.up, zoom_y, plane.eye),
+            depth,
+            w,
+        ];
         [0, 1, 2, 3].map(|column| rows.map(|row| row[column] as f32))
     }
 }
@@ -264,7 +283,7 @@ impl<'a> Drawing<'a> {
     fn clear(&mut self) -> Result<(), Error> {
         let mut encoder = self.encoder();
         for color in &self.targets.colors {
-            record_clear(&mut encoder, color, Color::TRANSPARENT);
+            record_clear(&mut encoder, &view_of(color), Color::TRANSPARENT);
         }
         // The first layer is written to the other.
         record_clear(&mut encoder, &self.targets.layers[1], BEFORE);
@@ -273,8 +292,9 @@ impl<'a> Drawing<'a> {
     }
 
     /// What a step, or what retires rays, reads.
-    fn traversal(&self, states: &TextureView, colors: &TextureView) -> BindGroup {
-        let textures = [states, colors].map(BindingResource::TextureView);
+    fn traversal(&self, states: &TextureView, colors: &wgpu::Texture) -> BindGroup {
+        let colors = view_of(colors);
+        let textures = [states, &colors].map(BindingResource::TextureView);
         let layout = &self.renderer.passes.traversal_layout;
         group(
             &self.renderer.gpu,
@@ -361,7 +381,10 @@ impl<'a> Drawing<'a> {
                     &mut encoder,
                     [&self.frame, &self.mesh, read, &self.integration],
                     &left,
-                    [&self.targets.states[target], &self.targets.colors[target]],
+                    [
+                        &self.targets.states[target],
+                        &view_of(&self.targets.colors[target]),
+                    ],
                     &self.targets.retired,
                 );
                 self.written = target;
@@ -396,9 +419,10 @@ impl<'a> Drawing<'a> {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let buffer = gpu.upload("ping-pong::tally", &[tally], usage)?;
         let (states, colors) = (&self.targets.states, &self.targets.colors);
+        let color = view_of(&colors[self.written]);
         let resources = [
             BindingResource::TextureView(&states[self.written]),
-            BindingResource::TextureView(&colors[self.written]),
+            BindingResource::TextureView(&color),
             BindingResource::TextureView(&self.targets.layers[layer % 2]),
             buffer.as_entire_binding(),
         ];
@@ -418,26 +442,5 @@ impl<'a> Drawing<'a> {
         };
         self.lost_rays += u64::from(tally.lost);
         Ok(())
-    }
-
-    fn display(&mut self) -> Result<Vec<[f32; 4]>, Error> {
-        let renderer = self.renderer;
-        let (states, colors) = (&self.targets.states, &self.targets.colors);
-        let read = self.traversal(&states[self.written], &colors[self.written]);
-        let image = self.targets.image.create_view(&Default::default());
-        let mut encoder = self.encoder();
-        let groups = [&self.frame, &self.mesh, &read];
-        renderer
-            .style
-            .passes
-            .record_display(&mut encoder, groups, &image);
-        self.stats.passes += 1;
-        let pixels = read_back(
-            &renderer.gpu,
-            &mut encoder,
-            Source::Texture(&self.targets.image),
-        )?;
-        renderer.gpu.finish(encoder)?;
-        pixels.read()
     }
 }

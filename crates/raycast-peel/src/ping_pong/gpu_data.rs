@@ -18,8 +18,6 @@ pub(super) struct Frame {
     pub(super) anchor_y: [f32; 4],
     /// The eye with w = 1, or the common direction with w = 0.
     pub(super) eye: [f32; 4],
-    /// Premultiplied.
-    pub(super) background: [f32; 4],
     /// (t_u, t_v, 0, scalar) of the cell with the eye in it.
     pub(super) inside: [f32; 4],
     /// λ of the camera's plane; orthographic only.
@@ -64,7 +62,6 @@ mod tests {
                 anchor_x,
                 anchor_y,
                 eye,
-                background,
                 inside,
                 eye_depth,
                 bias,

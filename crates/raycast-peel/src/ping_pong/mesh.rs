@@ -3,14 +3,15 @@
 use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_core::mesh::{Association, FACES, NO_NEIGHBOR};
 use tetrascope_core::{Error, TetMesh};
+use tetrascope_f32::layout::{cell_order, inverse};
+use tetrascope_f32::{Normalization, ScalarMap, longest_edge};
+use tetrascope_gpu::Gpu;
 use tetrascope_gpu::memory::texture_bytes;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
 
 use super::orientation::{exchanged, ordered};
-use crate::layout::{cell_order, inverse};
 use crate::options::{Crossings, RaycastOptions};
-use crate::single::{TRANSPARENT_SCALAR, longest_edge};
+use crate::single::TRANSPARENT_SCALAR;
 
 /// Texels of one cell in each texture.
 const CELL_TEXELS: u32 = 3;

@@ -10,13 +10,13 @@ use tetrascope_gpu::wgpu::{
     self, BindGroup, BindGroupLayout, BindingType, Color, CompareFunction, LoadOp, Operations,
     RenderPipeline, ShaderStages, StoreOp, TextureFormat, TextureView,
 };
-use tetrascope_shaders::ping_pong::{DISPLAY, ENTRY, ENTRY_SIDES, RETIRE, STEP, STEP_SIDES, TALLY};
+use tetrascope_shaders::ping_pong::{ENTRY, ENTRY_SIDES, RETIRE, STEP, STEP_SIDES, TALLY};
 
 use super::mesh::{Boundary, BoundaryCorner, BoundaryFace};
 use super::tiles::Tile;
+use crate::gpu_data::RECTANGLES;
 use crate::options::{Crossings, RaycastOptions};
 use crate::single::sides_constant;
-use crate::tiles::RECTANGLES;
 
 /// Of traversal state, layers and the image.
 pub(super) const TEXELS: TextureFormat = TextureFormat::Rgba32Float;
@@ -53,7 +53,6 @@ pub(super) struct Passes {
 #[derive(Debug)]
 pub(super) struct StyledPasses {
     step: RenderPipeline,
-    display: RenderPipeline,
 }
 
 /// A render pipeline's parts that differ.
@@ -217,12 +216,11 @@ impl Passes {
         self.sides
     }
 
-    /// The passes that know the appearance, with the constants of their programs.
+    /// The passes that know the appearance, with the constants of their program.
     pub(super) fn styled(
         &self,
         gpu: &Gpu,
         step: &[(&'static str, f64)],
-        display: &[(&'static str, f64)],
     ) -> Result<StyledPasses, Error> {
         let groups = [
             &self.frame_layout,
@@ -248,20 +246,7 @@ impl Passes {
                 cull_mode: None,
             }
             .pipeline(gpu);
-            let display = Parts {
-                label: "ping-pong::display",
-                layout: &pipeline_layout(gpu, "ping-pong::display", &groups[..3]),
-                module: &module(gpu, "ping-pong::display", DISPLAY),
-                vertex: "vs_display",
-                fragment: Some("fs_display"),
-                constants: display,
-                buffers: &[],
-                targets: 1,
-                depth: None,
-                cull_mode: None,
-            }
-            .pipeline(gpu);
-            StyledPasses { step, display }
+            StyledPasses { step }
         })
     }
 
@@ -399,20 +384,6 @@ impl StyledPasses {
             pass.set_scissor_rect(tile.x, tile.y, tile.width, tile.height);
             pass.draw(0..3, 0..1);
         }
-    }
-
-    /// Phase 4.
-    pub(super) fn record_display(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        groups: [&BindGroup; 3],
-        image: &TextureView,
-    ) {
-        let clear = LoadOp::Clear(Color::TRANSPARENT);
-        let mut pass = begin(encoder, "ping-pong::display", &[(image, clear)], None, None);
-        pass.set_pipeline(&self.display);
-        set(&mut pass, &groups);
-        pass.draw(0..3, 0..1);
     }
 }
 

@@ -6,7 +6,7 @@
 //! origin, and in layers so thin that jitter turns cells inside out.
 
 use tetrascope_core::{Knot, TransferFunction, VolumeRenderer as _};
-use tetrascope_gpu::look::look;
+use tetrascope_f32::look::look;
 use tetrascope_gpu::passes::{compute_pipeline, module};
 use tetrascope_gpu::wgpu::BufferUsages;
 use tetrascope_testing as testing;
@@ -14,6 +14,7 @@ use tetrascope_testing as testing;
 use tetrascope_core::glam::{DAffine3, Vec3};
 
 use super::*;
+use crate::RaycastPeel;
 
 /// Cubes along each side of a mesh.
 const CUBES: usize = 3;
@@ -205,7 +206,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
     let single = Single::new(gpu, &volume, &appearance, &options).expect("a mesh");
     let map = &single.mesh.scalar_map;
     let normalization = &single.mesh.normalization;
-    let intervals = intervals(&appearance.transfer_function, map, normalization);
+    let intervals = knot_pairs(&appearance.transfer_function, map, normalization);
     let intervals = intervals.expect("few knots");
     let mut constants =
         constants(gpu, &single.mesh, &appearance, &intervals, &options).expect("constants");
@@ -408,8 +409,8 @@ fn integers_decide_as_floats_do() {
             integer_sides,
             ..RaycastOptions::default()
         };
-        let single = Single::new(&gpu, &volume, &appearance, &options).expect("a mesh");
-        single.render(&view).expect("a frame")
+        let renderer = RaycastPeel::new(&gpu, &volume, &appearance, &options);
+        renderer.expect("a mesh").render(&view).expect("a frame")
     };
     let (floats, integers) = (draw(false), draw(true));
     assert!(floats.pixels == integers.pixels);

@@ -2,19 +2,25 @@
 
 use tetrascope_core::glam::DAffine3;
 use tetrascope_core::{Error, View};
-use tetrascope_gpu::look::look;
+use tetrascope_f32::Rays;
+use tetrascope_f32::look::look;
+use tetrascope_f32::tiles::TILE;
+use tetrascope_gpu::Sums;
 use tetrascope_gpu::wgpu::{self, BindGroup, BindingResource, BufferUsages, CommandEncoder};
 
 use super::{Found, LABEL, Single, layers, view_of};
 use crate::gpu_data::{Counters, Progress, State};
-use crate::rays::Rays;
-use crate::tiles::TILE;
 
 /// Rays whose states are on the device at a time, unless one row of tiles has more: 31 MB.
 const MOST_STATES: u32 = 1 << 17;
 
-/// A picture, and depths where there are isosurfaces.
-pub(super) type Targets<'a> = (&'a wgpu::TextureView, Option<&'a wgpu::TextureView>);
+/// What a frame is cast into, and where its rays end.
+pub(super) struct Targets<'a> {
+    pub(super) sums: &'a Sums,
+    pub(super) ends: &'a wgpu::TextureView,
+    /// Whether they do.
+    pub(super) has_ends: bool,
+}
 
 /// What all dispatches of a frame share.
 pub(super) struct Cast<'a> {
@@ -48,20 +54,20 @@ impl<'a> Cast<'a> {
         view: &View,
         rays: &Rays,
         found: &Found,
-        (image, depths): Targets,
+        targets: &Targets,
         resumes: bool,
     ) -> Result<Cast<'a>, Error> {
         let Single {
             gpu, mesh, style, ..
         } = single;
-        // A texel that nobody writes, where no depths are wanted: bindings must be filled.
-        let unused = match depths {
-            Some(_) => None,
-            None => Some(view_of(&single.depths((1, 1))?)),
-        };
-        let Some(depths) = depths.or(unused.as_ref()) else {
-            return Err(Error::invalid("no texture for depths"));
-        };
+        let image = view_of(&targets.sums.color);
+        let distances = view_of(
+            targets
+                .sums
+                .distances
+                .as_ref()
+                .unwrap_or(&single.no_distances),
+        );
         let mut march = single.march(view, rays);
         let (lists, layers) = match found {
             Found::Lists(lists) => (Some(lists), layers::none(gpu)?),
@@ -89,22 +95,20 @@ impl<'a> Cast<'a> {
         let items = gpu.upload("raycast-peel::look_items", &items, storage)?;
         let usage = storage | BufferUsages::COPY_SRC;
         let counters = gpu.upload("raycast-peel::counters", &[Counters::default()], usage)?;
-        let pipeline = match resumes {
-            true => style.resuming(gpu)?,
-            false => &style.pipeline,
-        };
+        let pipeline = style.pipeline(gpu, resumes, targets.has_ends)?;
         let views = mesh.textures().map(view_of);
         let intervals = view_of(&style.intervals);
         gpu.checked(LABEL, 0, || {
             let frame = [
                 uniform.as_entire_binding(),
-                BindingResource::TextureView(image),
+                BindingResource::TextureView(&image),
                 counters.as_entire_binding(),
                 faces.as_entire_binding(),
-                BindingResource::TextureView(depths),
+                BindingResource::TextureView(&distances),
                 look.as_entire_binding(),
                 items.as_entire_binding(),
                 BindingResource::TextureView(&layers),
+                BindingResource::TextureView(targets.ends),
             ];
             let volume = views.each_ref().map(BindingResource::TextureView);
             let function = [
@@ -187,14 +191,13 @@ impl<'a> Cast<'a> {
         size: Size,
         progress: &wgpu::Buffer,
         states: &wgpu::Buffer,
-        times: Option<wgpu::ComputePassTimestampWrites>,
     ) -> Result<(), Error> {
         self.single.gpu.checked(LABEL, 0, || {
             let resources = [progress.as_entire_binding(), states.as_entire_binding()];
             let last = group(self.single, self.pipeline, 3, &resources);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(LABEL),
-                timestamp_writes: times,
+                timestamp_writes: None,
             });
             pass.set_pipeline(self.pipeline);
             for (index, group) in (0..).zip(self.groups.iter().chain([&last])) {

@@ -2,6 +2,8 @@
 //! ([`crate::Entries::PeeledLayers`]).
 
 use tetrascope_core::{Error, View};
+use tetrascope_f32::Rays;
+use tetrascope_f32::tiles::rectangles;
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::passes::module;
 use tetrascope_gpu::wgpu::TextureViewDimension::{self, D2, D2Array};
@@ -13,9 +15,7 @@ use tetrascope_gpu::{Gpu, read_back};
 use tetrascope_shaders::raycast_peel::PEEL;
 
 use super::Mesh;
-use crate::gpu_data::March;
-use crate::rays::Rays;
-use crate::tiles::{RECTANGLES, rectangles};
+use crate::gpu_data::{March, RECTANGLES};
 
 /// The most layers of a frame: a ray in more searches lists.
 ///

@@ -2,16 +2,14 @@
 
 use std::sync::Arc;
 
-use tetrascope_core::glam::{DVec3, Vec3};
+use tetrascope_core::glam::Vec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Error, TetMesh};
+use tetrascope_f32::{Layout, Locality, Normalization, ScalarMap, longest_edge};
+use tetrascope_gpu::Gpu;
 use tetrascope_gpu::passes::{TEXELS, compute_pipeline, group, layout, module, write_texels};
 use tetrascope_gpu::wgpu::{self, ShaderStages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Normalization, ScalarMap};
 use tetrascope_shaders::raycast_peel::SCALARS;
-
-use crate::layout::Layout;
-use crate::options::Locality;
 
 /// In place of a scalar that is not a number, as WGSL promises nothing for NaN.
 /// Mapped scalars stay below 10³⁰; shaders take anything from 10³⁴ on for this.
@@ -120,6 +118,11 @@ impl Mesh {
         Ok(mesh)
     }
 
+    /// The least and the greatest scalar, mapped.
+    pub(crate) fn scalars(&self) -> (f32, f32) {
+        self.scalar_map.range(self.source.scalar_range())
+    }
+
     /// What `march.wgsl` has in group 1.
     pub(crate) fn textures(&self) -> [&wgpu::Texture; 5] {
         [
@@ -198,15 +201,4 @@ fn merged(
     })?;
     gpu.finish(encoder)?;
     Ok(merged)
-}
-
-/// The greatest edge of `mesh`, normalized.
-pub(crate) fn longest_edge(mesh: &TetMesh, normalization: &Normalization) -> f32 {
-    let edges = |cell| {
-        let [a, b, c, d]: [DVec3; 4] = mesh.cell_points(cell);
-        let squares = [a - b, a - c, a - d, b - c, b - d, c - d].map(DVec3::length_squared);
-        squares.into_iter().fold(0.0, f64::max)
-    };
-    let longest = (0..mesh.cell_count()).map(edges).fold(0.0, f64::max);
-    (longest.sqrt() / normalization.scale) as f32
 }

@@ -3,12 +3,14 @@
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{
-    Camera, CameraFit, ClipPlane, DepthCue, Isosurface, Knot, Projection, Scalars,
+    Camera, CameraFit, ClipPlane, DepthCue, Frame, Isosurface, Knot, Projection, Scalars,
     TransferFunction, VolumeRenderer as _,
 };
+use tetrascope_gpu::Draw as _;
 use tetrascope_testing as testing;
 
 use super::*;
+use crate::RaycastPeel;
 
 /// A dispatch looks at forty boundary faces and takes each ray through up to eight cells.
 const TINY: Budget = Budget {
@@ -37,8 +39,8 @@ impl Single {
         let constants = &mut self.style.constants;
         constants.retain(|(name, _)| !names.contains(name));
         constants.extend(budget.constants());
-        self.style.resuming = OnceLock::new();
-        self.is_long = AtomicBool::new(true);
+        self.style.pipelines = Default::default();
+        self.is_long.store(true, Ordering::Relaxed);
         self
     }
 }
@@ -176,7 +178,8 @@ fn many_dispatches_draw_the_bits_of_one() {
         ),
     ] {
         let volume = Volume::Mesh(mesh.clone());
-        let mut single = Single::new(&gpu, &volume, &appearance, &options).expect("a mesh");
+        let new = || Single::new(&gpu, &volume, &appearance, &options).expect("a mesh");
+        let single = RaycastPeel::with(&gpu, new());
         let mut inside = seen(mesh, CameraFit::PlusZ, false);
         inside.camera.position = mesh.bounds().center() + DVec3::new(0.1, 0.2, 0.1);
         inside.camera.projection = Projection::Perspective { view_angle: 70.0 };
@@ -191,7 +194,7 @@ fn many_dispatches_draw_the_bits_of_one() {
             _ => &[TINY],
         };
         for &budget in budgets {
-            single = single.with(budget);
+            let single = RaycastPeel::with(&gpu, new().with(budget));
             for ((from, view), expected) in views.iter().zip(&expected) {
                 let what = format!("{name}, {from}, {budget:?}");
                 let frame = single.render(view).expect("a frame");
@@ -225,52 +228,65 @@ fn rays_that_are_given_up_are_counted() {
     let options = RaycastOptions::default();
     let new = || Single::new(&gpu, &volume, &appearance, &options).expect("a mesh");
     let view = seen(&mesh, CameraFit::PlusZ, true);
-    let expected = new().render(&view).expect("a frame");
-    let recorded = |single: &Single| {
-        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
-        let size = (view.width, view.height);
-        let image = gpu.texture("image", size, TextureFormat::Rgba32Float, usage);
-        let image = image.expect("small");
+    let expected = RaycastPeel::with(&gpu, new())
+        .render(&view)
+        .expect("a frame");
+    let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
+    let size = (view.width, view.height);
+    let image = gpu.texture("image", size, TextureFormat::Rgba32Float, usage);
+    let image = image.expect("small");
+    let target = view_of(&image);
+    let target = Target::new(&target, image.format());
+    let recorded = |single: Single| {
+        let renderer = RaycastPeel::with(&gpu, single);
         let mut encoder = new_encoder(&gpu);
-        let counters = single.encode(&mut encoder, &view, &view_of(&image), None);
-        let counters = counters.expect("recorded");
-        let bytes = size_of::<Counters>() as u64;
-        let counters = read_back(&gpu, &mut encoder, Source::Buffer(&counters, bytes));
+        let recorded = renderer.encode(&mut encoder, &view, &target);
         let pixels = read_back(&gpu, &mut encoder, Source::Texture(&image)).expect("small");
         gpu.finish(encoder).expect("runs");
-        let counters: Counters = one(counters.expect("small")).expect("read");
+        let stats = recorded.expect("recorded").statistics().expect("read");
         let pixels: Vec<[f32; 4]> = pixels.read().expect("read");
-        (counters, pixels)
+        (stats, pixels)
     };
-    let (counters, pixels) = recorded(&new());
-    assert_eq!(counters.rays_left, 0);
-    assert_eq!(Some(u64::from(counters.paths)), expected.stats.paths);
+    let (stats, pixels) = recorded(new());
+    assert_eq!(stats.lost_rays, Some(0));
+    assert_eq!(stats.paths, expected.stats.paths);
     assert!(pixels == expected.pixels);
     // Too few for any of them.
-    let single = new().with(TINY);
-    let (counters, pixels) = recorded(&single);
-    assert!(
-        counters.rays_left > 0,
-        "{counters:?}, {}",
-        pixels == expected.pixels
-    );
+    let (stats, pixels) = recorded(new().with(TINY));
+    assert!(stats.lost_rays > Some(0), "{stats:?}");
     assert!(pixels != expected.pixels);
+    let single = new().with(TINY);
     let rays = Rays::new(&view, &single.mesh.normalization);
     let found = Found::Lists(single.lists(&view, &rays).expect("few"));
     let found = single.trees(&view, &rays, found).expect("few");
-    let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
-    let image = gpu.texture("image", (20, 12), TextureFormat::Rgba32Float, usage);
-    let image = image.expect("small");
-    let target = view_of(&image);
-    let cast = Cast::new(&single, &view, &rays, &found, (&target, None), true).expect("a cast");
+    let canvas = Canvas::new(&gpu).expect("one texel");
+    let sums = canvas.sums(&view, single.sums_kind()).expect("small");
+    let (ends, has_ends) = canvas
+        .ends(
+            &mut new_encoder(&gpu),
+            &view,
+            &single.mesh.normalization,
+            0.0,
+            None,
+        )
+        .expect("none");
+    let targets = Targets {
+        sums: &sums,
+        ends: &ends,
+        has_ends,
+    };
+    let cast = Cast::new(&single, &view, &rays, &found, &targets, true).expect("a cast");
     let left = single.finish(&cast, &mut 0, 2).expect("runs");
     assert!(left > 0);
-    let mut picture =
-        Picture::take(&gpu, new_encoder(&gpu), &image, None, &cast, None).expect("read");
-    assert_eq!(picture.counters.rays_left, left);
-    picture.counters.lost_rays = 3;
+    let mut encoder = new_encoder(&gpu);
+    let bytes = size_of::<Counters>() as u64;
+    let counters = read_back(&gpu, &mut encoder, Source::Buffer(&cast.counters, bytes));
+    gpu.finish(encoder).expect("runs");
+    let mut counters: Counters = one(counters.expect("small")).expect("read");
+    assert_eq!(counters.rays_left, left);
+    counters.lost_rays = 3;
     let mut stats = FrameStats::default();
-    picture.count(&mut stats);
+    counters.count(&mut stats);
     assert_eq!(stats.lost_rays, Some(u64::from(left) + 3));
     assert!(stats.notes[0].starts_with(&format!("{left} rays were given up")));
     assert!(stats.notes[1].starts_with("3 rays came out"));

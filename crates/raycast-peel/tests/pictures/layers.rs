@@ -4,7 +4,7 @@ use tetrascope_core::{
     Appearance, Camera, CameraFit, Error, Frame, OpticalModel, Projection, View, Volume,
     VolumeRenderer as _,
 };
-use tetrascope_gpu::Gpu;
+use tetrascope_gpu::{Draw as _, Gpu, Target};
 use tetrascope_raycast_peel::{Entries, Locality, RaycastOptions, RaycastPeel};
 use tetrascope_testing::{
     self as testing, angular_sector, cells, cutting, fitted, inside, liquid_oxygen_post,
@@ -238,11 +238,11 @@ fn layers_are_not_recorded_for_others() {
     };
     let renderer = renderer(&gpu, &volume, &appearance, &options);
     let view = fitted(&volume, CameraFit::PlusX, false, 8);
-    let usage = tetrascope_gpu::wgpu::TextureUsages::STORAGE_BINDING;
+    let usage = tetrascope_gpu::wgpu::TextureUsages::RENDER_ATTACHMENT;
     let format = tetrascope_gpu::wgpu::TextureFormat::Rgba32Float;
     let image = gpu.texture("image", (8, 8), format, usage).expect("small");
     let image = image.create_view(&Default::default());
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
-    let refused = renderer.encode(&mut encoder, &view, &image, None);
+    let refused = renderer.encode(&mut encoder, &view, &Target::new(&image, format));
     assert!(matches!(refused, Err(Error::Unsupported { .. })));
 }

@@ -5,8 +5,8 @@ use tetrascope_core::{
     Appearance, CameraFit, DepthCue, Error, Frame, Knot, OpticalModel, TetMesh, TransferFunction,
     View, Volume,
 };
+use tetrascope_f32::mean_chord;
 use tetrascope_gpu::Gpu;
-use tetrascope_gpu::preintegration::mean_chord;
 use tetrascope_raycast_peel::{Integration, Passes, RaycastOptions, RaycastPeel};
 use tetrascope_testing::{self as testing, ImageError, data_set, exactly, fitted};
 

@@ -6,13 +6,14 @@ use tetrascope_core::appearance::ClipPlane;
 use tetrascope_core::glam::Vec4;
 use tetrascope_core::grid::{Lattice, SampleType};
 use tetrascope_core::{Appearance, Error};
+use tetrascope_f32::{ANY_SCALAR, deepest};
 use tetrascope_gpu::Gpu;
-use tetrascope_gpu::gather::ResolvePass;
-use tetrascope_gpu::transfer_function::{Interval, intervals};
+use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::BufferUsages;
 
-use super::{READ_BACK_FORMAT, Samples, Scene};
+use super::{Samples, Scene};
 use crate::cull::CullData;
+use crate::frame::longest_slab;
 use crate::options::{SlicingOptions, Traversal};
 use crate::slice::{Look, SlicePass};
 use crate::voxels::{Scale, Texels, Voxels};
@@ -60,31 +61,24 @@ impl Parts<'_> {
         };
         let by_gpu = options.traversal == Traversal::Gpu && voxels.is_complete();
         let cull = by_gpu.then(|| CullData::new(gpu, &volume.octree, table, &voxels));
-        let knots: Vec<Interval> = intervals(tf, &map, &volume.normalization)?;
+        let knots = knot_pairs(tf, &map, &volume.normalization)?;
+        let (lattice, slices) = (&volume.lattice, options.slices_per_voxel);
+        let longest = longest_slab(lattice, &volume.normalization, slices);
+        let scalars = range.map_or(ANY_SCALAR, |range| map.range(Some(range)));
+        let deepest = deepest(&knots, scalars, longest);
         let knots = gpu.upload("the transfer function", &knots, BufferUsages::STORAGE)?;
-        // No slab is longer; a little more for rounding.
-        let longest = volume.lattice.spacing.min_element() / options.slices_per_voxel;
-        let thickest = tf.max_extinction(f64::NEG_INFINITY, f64::INFINITY);
         let look = Look {
             intervals: &knots,
             appearance,
-            deepest: (thickest * longest * (1.0 + 1e-4)).min(1e30) as f32,
+            deepest,
             gaps: volume.octree.gaps,
             nearest: volume.fills_cells,
         };
         let slice = self.pass.data(gpu, &voxels, &look, options)?;
-        let (format, model) = (options.target_format, appearance.optical_model);
-        let resolve = ResolvePass::new(gpu, model, format)?;
-        let resolve_read_back = if format == READ_BACK_FORMAT {
-            resolve.clone()
-        } else {
-            ResolvePass::new(gpu, model, READ_BACK_FORMAT)?
-        };
         Ok(Scene {
             scale,
             appearance: appearance.clone(),
             kept: clip_planes(&appearance.clip_planes, &volume.lattice),
-            resolve: [resolve, resolve_read_back],
             intervals: knots,
             volume,
             map,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::{GridStream, SampleType, Samples};
 use tetrascope_core::{Grid, OpticalModel, Volume, VolumeRenderer as _};
+use tetrascope_gpu::{Draw as _, Target};
 use tetrascope_io::RawFile;
 use tetrascope_io::grid::ByteOrder;
 use tetrascope_slicing::{
@@ -189,10 +190,11 @@ fn a_small_budget_streams_the_same_picture() {
         tetrascope_gpu::wgpu::TextureFormat::Rgba32Float,
         tetrascope_gpu::wgpu::TextureUsages::RENDER_ATTACHMENT,
     );
-    let target = target.expect("it fits").create_view(&Default::default());
-    let error = slicing
-        .encode(&mut encoder, &view, &target)
-        .expect_err("streamed");
+    let target = target.expect("it fits");
+    let target_view = target.create_view(&Default::default());
+    let target = Target::new(&target_view, target.format());
+    let error = slicing.encode(&mut encoder, &view, &target).err();
+    let error = error.expect("streamed");
     assert!(error.to_string().contains("budget"), "{error}");
 
     assert!(

@@ -7,6 +7,7 @@ use tetrascope_core::{
 };
 use tetrascope_gpu::memory::{Source, read_back};
 use tetrascope_gpu::wgpu::{TextureFormat, TextureUsages};
+use tetrascope_gpu::{Draw as _, Target};
 use tetrascope_slicing::{
     Filtering, Integration, Level, Phong, PlaneTest, Shading, Slicing, SlicingOptions, Traversal,
 };
@@ -321,25 +322,26 @@ fn the_callers_texture_gets_the_same_picture() {
     let grid = grid(&cube(10), |p| p.length() / 2.0);
     let (_, view) = views(&grid).swap_remove(0);
     let appearance = appearance(&ramp(5.0), OpticalModel::EmissionAbsorption);
-    let options = SlicingOptions {
-        target_format: TextureFormat::Rgba8Unorm,
-        ..Default::default()
-    };
+    let options = SlicingOptions::default();
     let slicing = Slicing::new(&gpu, &Volume::Grid(grid), &appearance, &options).expect("it fits");
     let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
     let size = (view.width, view.height);
     let target = gpu
-        .texture("target", size, options.target_format, usage)
+        .texture("target", size, TextureFormat::Rgba8Unorm, usage)
         .expect("it fits");
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
     let target_view = target.create_view(&Default::default());
-    slicing
-        .encode(&mut encoder, &view, &target_view)
-        .expect("recorded");
+    let recorded = slicing.encode(
+        &mut encoder,
+        &view,
+        &Target::new(&target_view, target.format()),
+    );
     let copy = read_back(&gpu, &mut encoder, Source::Texture(&target)).expect("a copy");
     gpu.finish(encoder).expect("drawn");
     let bytes: Vec<[u8; 4]> = copy.read().expect("readable");
     let frame = slicing.render(&view).expect("drawn");
+    let stats = recorded.expect("recorded").statistics().expect("counted");
+    assert_eq!(stats.bricks_drawn, frame.stats.bricks_drawn);
     for (byte, float) in bytes.iter().flatten().zip(frame.pixels.iter().flatten()) {
         // Rounded to the nearest of 255 steps.
         assert!((f32::from(*byte) / 255.0 - float).abs() <= 0.51 / 255.0);

@@ -7,7 +7,7 @@ use tetrascope_raycast_peel::{
 };
 
 use super::{Algorithm, Promise, choice};
-use crate::{Setting, Settings, Values};
+use crate::{Renderer, Setting, Settings, Values};
 
 pub(super) const ALGORITHM: Algorithm = Algorithm {
     name: NAME,
@@ -84,7 +84,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     sweep,
     promise,
     supports: |volume, appearance, _| {
-        ABILITIES.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance, &volume.bounds())?;
         match volume {
             Volume::Mesh(_) => Ok(()),
             _ => Err(Error::Unsupported {
@@ -97,7 +97,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     build: |context, volume, appearance, settings| {
         let options = options(settings);
         let renderer = RaycastPeel::new(context.gpu()?, volume, appearance, &options)?;
-        Ok(Box::new(renderer))
+        Ok(Renderer::Gpu(Box::new(renderer)))
     },
 };
 

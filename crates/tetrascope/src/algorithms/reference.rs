@@ -4,7 +4,7 @@ use tetrascope_core::{Appearance, Error, Frame, View, Volume, VolumeRenderer};
 use tetrascope_reference::{NAME, Reference, ReferenceOptions, supports};
 
 use super::{Algorithm, Promise};
-use crate::Progress;
+use crate::{Progress, Renderer};
 
 pub(super) const ALGORITHM: Algorithm = Algorithm {
     name: NAME,
@@ -20,13 +20,13 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     supports: |volume, appearance, _| supports(volume, appearance),
     build: |context, volume, appearance, _| {
         let reference = Reference::new(volume, appearance, &ReferenceOptions::default())?;
-        Ok(match context.progress() {
+        Ok(Renderer::Cpu(match context.progress() {
             Some(progress) => Box::new(Telling {
                 reference,
                 progress: progress.clone(),
             }),
             None => Box::new(reference),
-        })
+        }))
     },
 };
 

@@ -8,7 +8,7 @@ use tetrascope_slicing::{
 };
 
 use super::{Algorithm, Promise, choice};
-use crate::{Setting, Settings, Values};
+use crate::{Renderer, Setting, Settings, Values};
 
 pub(super) const ALGORITHM: Algorithm = Algorithm {
     name: NAME,
@@ -122,7 +122,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     // What lies between two slices is not seen, so there is no bound.
     promise: |_| Promise::Open,
     supports: |volume, appearance, _| {
-        ABILITIES.check(NAME, appearance)?;
+        ABILITIES.check(NAME, appearance, &volume.bounds())?;
         match volume {
             Volume::Grid(_) | Volume::Stream(_) => Ok(()),
             _ => Err(Error::Unsupported {
@@ -135,7 +135,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     build: |context, volume, appearance, settings| {
         let options = options(settings);
         let renderer = Slicing::new(context.gpu()?, volume, appearance, &options)?;
-        Ok(Box::new(renderer))
+        Ok(Renderer::Gpu(Box::new(renderer)))
     },
 };
 
@@ -175,7 +175,6 @@ fn options(settings: &Settings) -> SlicingOptions {
         gradient: choice(settings, "gradient", &Gradient::ALL),
         storage: choice(settings, "storage", &Storage::ALL),
         memory_budget: (settings.integer("budget") as u64) << 20,
-        ..SlicingOptions::default()
     }
 }
 

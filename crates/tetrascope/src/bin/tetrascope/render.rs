@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use serde_json::json;
-use tetrascope::core::Error;
+use tetrascope::core::{Error, VolumeRenderer as _};
 use tetrascope::io::image::{self, write_image};
 use tetrascope::{Context, Settings, emptiness};
 

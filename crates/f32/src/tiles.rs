@@ -1,19 +1,18 @@
-//! Which boundary faces the rays of each tile may meet.
+//! The boundary faces that the rays of each tile may meet.
 //!
 //! A superset, found anew for each view: whether a ray crosses a face is decided in
 //! `walk.wgsl`. A hierarchy of boxes that each ray searched by itself was tried
 //! first; on llvmpipe (Mesa 22.3.6), whose lanes run in step, it took four fifths of a frame: the
 //! Blunt Fin at 512x512 took 9.6 s of CPU with it and takes 2.7 s with these lists, loading
-//! included. Layers as the paper peels them are [`crate::Entries::PeeledLayers`], and slower, too.
+//! included. Layers as Bernardon et al. 2004 peel them are slower, too.
 
 use tetrascope_core::View;
 use tetrascope_core::glam::{DVec2, DVec3, Vec3};
-use tetrascope_gpu::wgpu;
 
-use crate::rays::Rays;
+use crate::Rays;
 
 /// Pixels along each side of a tile and of a work group, as in `march.wgsl`.
-pub(crate) const TILE: u32 = 8;
+pub const TILE: u32 = 8;
 
 /// How far a vertex may be, for a ray in f32, from where it is, in normalized units.
 ///
@@ -25,9 +24,10 @@ const BLUR: f64 = 1.0 / (1 << 19) as f64;
 /// Faces by tile, row by row: those of tile i are `lists[lists[i]..lists[i + 1]]`.
 ///
 /// One list with its own index at the front, as a shader has few bindings.
-#[derive(Debug, PartialEq)]
-pub(crate) struct Tiles {
-    pub(crate) lists: Vec<u32>,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tiles {
+    /// Where the list of each tile begins, where the last ends, and the lists.
+    pub lists: Vec<u32>,
 }
 
 /// A rectangle of tiles, both ends included.
@@ -41,7 +41,7 @@ impl Tiles {
     /// Sorts `faces`, corners in normalized units, into the tiles of `view`.
     ///
     /// `None` if there are too many pairs of tile and face to count in 32 bits.
-    pub(crate) fn new(view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Option<Tiles> {
+    pub fn new(view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Option<Tiles> {
         let columns = view.width.div_ceil(TILE);
         let rows = view.height.div_ceil(TILE);
         let rectangles: Vec<Option<Rectangle>> = faces
@@ -98,7 +98,7 @@ impl Tiles {
     /// A tree is in preorder, four words an entry: the least and the greatest depth of what is
     /// below it, the place in `lists` behind all that, and a face, or [`INNER`]. Faces are
     /// by increasing least depth. `None` if there is too much to count in 32 bits.
-    pub(crate) fn trees(&self, view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Option<Tiles> {
+    pub fn trees(&self, view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Option<Tiles> {
         let (x, y) = (f64::from(view.width), f64::from(view.height));
         let corners = [(0.0, 0.0), (x, 0.0), (0.0, y), (x, y)];
         let anchors = corners.map(|(x, y)| rays.anchor + x * rays.anchor_x + y * rays.anchor_y);
@@ -169,16 +169,9 @@ fn rectangle(rays: &Rays, corners: &[Vec3; 3], [columns, rows]: [u32; 2]) -> Opt
     })
 }
 
-/// One of [`rectangles`] an instance.
-pub(crate) const RECTANGLES: wgpu::VertexBufferLayout<'static> = wgpu::VertexBufferLayout {
-    array_stride: 16,
-    step_mode: wgpu::VertexStepMode::Instance,
-    attributes: &wgpu::vertex_attr_array![0 => Float32x4],
-};
-
 /// The pixels that may see each of `faces`: left, bottom, right and top in clip space,
 /// all 0 where there are none.
-pub(crate) fn rectangles(view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Vec<[f32; 4]> {
+pub fn rectangles(view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Vec<[f32; 4]> {
     let size = DVec2::new(view.width.into(), view.height.into());
     let rectangle = |face| {
         let (min, max) = pixels(rays, face, size)?;
@@ -199,7 +192,7 @@ pub(crate) fn rectangles(view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Vec<[
 /// in an image of `size`; `None` if it is beside the image.
 ///
 /// A ray is a whole line here, behind the eye too: a path through the eye begins there.
-pub(crate) fn pixels(rays: &Rays, corners: &[Vec3; 3], size: DVec2) -> Option<(DVec2, DVec2)> {
+pub fn pixels(rays: &Rays, corners: &[Vec3; 3], size: DVec2) -> Option<(DVec2, DVec2)> {
     let seen = corners.map(|corner| rays.pixel(corner.as_dvec3()));
     // How many times larger than at the anchors a length is seen, with its sign.
     let [a, b, c] = seen.map(|(_, magnification)| magnification);
@@ -244,9 +237,9 @@ impl Rays {
 #[cfg(test)]
 mod tests {
     use tetrascope_core::{Bounds, Camera, CameraFit};
-    use tetrascope_gpu::Normalization;
 
     use super::*;
+    use crate::Normalization;
 
     impl Tiles {
         fn faces(&self) -> &[u32] {

@@ -1,9 +1,9 @@
-//! Clip planes, depth cue and isosurfaces on the device, for `common/look.wgsl`.
+//! Clip planes, depth cue and isosurfaces in f32, as `common/look.wgsl` reads them.
 
 use tetrascope_core::appearance::Isosurface;
 use tetrascope_core::appearance::MAX_CLIP_PLANES;
 use tetrascope_core::glam::{DAffine3, DVec3};
-use tetrascope_core::{Appearance, Bounds, OpticalModel, View};
+use tetrascope_core::{Appearance, Bounds, View};
 
 use crate::normalization::{Normalization, ScalarMap, color};
 
@@ -76,17 +76,6 @@ pub fn look(
         ambient: appearance.lighting.ambient as f32,
     };
     (uniform, surfaces.chain(lit).collect())
-}
-
-/// The pipeline constants that compile only what `appearance` has.
-pub fn look_constants(appearance: &Appearance) -> [(&'static str, f64); 2] {
-    let cued =
-        appearance.depth_cue.is_some() && appearance.optical_model != OpticalModel::Absorption;
-    let has = |yes: bool| f64::from(u8::from(yes));
-    [
-        ("CLIPPED", has(!appearance.clip_planes.is_empty())),
-        ("CUED", has(cued)),
-    ]
 }
 
 #[cfg(test)]

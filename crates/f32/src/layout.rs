@@ -1,4 +1,4 @@
-//! The mesh as the march reads it: 20 bytes a cell and 16 a vertex.
+//! A mesh packed for rays that walk from cell to cell: 20 bytes per cell and 16 per vertex.
 //!
 //! A cell is the exclusive or of its four vertex ids and its four neighbors by
 //! increasing id of the opposite vertex: whoever comes in through a face knows
@@ -13,24 +13,24 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::NO_NEIGHBOR;
 
 /// A neighbor with this bit set is the boundary face of the other bits.
-pub(crate) const AT_BOUNDARY: u32 = 1 << 31;
+pub const AT_BOUNDARY: u32 = 1 << 31;
 
 /// Cells and vertices in the order in which they lie in memory.
 #[derive(Debug)]
-pub(crate) struct Layout {
+pub struct Layout {
     /// The exclusive or of each cell's vertex ids.
-    pub(crate) sums: Vec<u32>,
+    pub sums: Vec<u32>,
     /// What is behind the faces opposite each cell's vertices, by increasing id.
-    pub(crate) neighbors: Vec<[u32; 4]>,
-    /// Vertex ids and the cell behind, one a boundary face.
-    pub(crate) boundary: Vec<[u32; 4]>,
+    pub neighbors: Vec<[u32; 4]>,
+    /// Vertex ids and the cell behind, one per boundary face.
+    pub boundary: Vec<[u32; 4]>,
     /// The mesh's own number of each vertex: of one point at each place that cells use.
-    pub(crate) vertex_order: Vec<u32>,
+    pub vertex_order: Vec<u32>,
     /// The mesh's own number of each cell.
-    pub(crate) cell_order: Vec<u32>,
+    pub cell_order: Vec<u32>,
 }
 
-/// In which order cells and vertices lie in memory.
+/// The order in which cells and vertices lie in memory.
 ///
 /// CPU seconds a frame of 256x256 on a sphere of 2 M cells, 5.3 M visits, medians of five frames
 /// drawn in turn on llvmpipe (Mesa 22.3.6, a busy machine): 0.63 along a Morton curve, 0.66 in
@@ -54,8 +54,8 @@ impl Locality {
 }
 
 impl Layout {
-    /// Lays `mesh` out.
-    pub(crate) fn new(mesh: &TetMesh, locality: Locality) -> Layout {
+    /// Packs `mesh`.
+    pub fn new(mesh: &TetMesh, locality: Locality) -> Layout {
         let cells = mesh.places();
         let cell_order = cell_order(mesh, locality);
         let point = |point: u32| mesh.points()[point as usize];
@@ -92,8 +92,9 @@ impl Layout {
         }
     }
 
-    /// What each cell has of its corners, by increasing vertex id, in the order of the cells.
-    pub(crate) fn of_corners<T>(&self, mesh: &TetMesh, of: impl Fn(u32) -> [T; 4]) -> Vec<[T; 4]>
+    /// Four values per cell, by increasing vertex id of the corner, in the order of the cells;
+    /// `of` gives those of the mesh's cell with that number, in the mesh's order.
+    pub fn of_corners<T>(&self, mesh: &TetMesh, of: impl Fn(u32) -> [T; 4]) -> Vec<[T; 4]>
     where
         T: Copy,
     {
@@ -131,7 +132,7 @@ fn vertex_at(mesh: &TetMesh, vertex_order: &[u32]) -> Vec<u32> {
 }
 
 /// The mesh's own number of each cell, in the order in which they are to lie in memory.
-pub(crate) fn cell_order(mesh: &TetMesh, locality: Locality) -> Vec<u32> {
+pub fn cell_order(mesh: &TetMesh, locality: Locality) -> Vec<u32> {
     let center = |cell: u32| mesh.cell_points(cell as usize).iter().sum::<DVec3>() / 4.0;
     let cells = (0..mesh.cell_count() as u32).collect();
     match locality {
@@ -155,7 +156,7 @@ fn face_opposite(ids: [u32; 4], corner: usize) -> [u32; 3] {
 }
 
 /// Where each number lies in `order`.
-pub(crate) fn inverse(order: &[u32]) -> Vec<u32> {
+pub fn inverse(order: &[u32]) -> Vec<u32> {
     let mut places = vec![0; order.len()];
     for (place, &old) in order.iter().enumerate() {
         places[old as usize] = place as u32;

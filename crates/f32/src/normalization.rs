@@ -127,6 +127,12 @@ impl ScalarMap {
     pub fn scalar(&self, scalar: f64) -> f32 {
         self.exact(scalar).clamp(-HUGE, HUGE) as f32
     }
+
+    /// A field's least and greatest scalar in the new unit; of a field without values, 0.
+    pub fn range(&self, scalars: Option<(f64, f64)>) -> (f32, f32) {
+        let (low, high) = scalars.unwrap_or((0.0, 0.0));
+        (self.scalar(low), self.scalar(high))
+    }
 }
 
 /// The scalars that `appearance` tells apart.
