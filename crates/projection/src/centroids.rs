@@ -84,7 +84,7 @@ mod tests {
     use tetrascope_core::glam::DVec3;
     use tetrascope_core::{Camera, CameraFit, View};
     use tetrascope_datasets::{Options, find};
-    use tetrascope_f32::ImagePlane;
+    use tetrascope_f32::{Domain, ImagePlane};
     use tetrascope_gpu::testing;
 
     use super::*;
@@ -103,7 +103,7 @@ mod tests {
             .expect("listed")
             .mesh(&options)
             .expect("a mesh");
-        let geometry = Geometry::upload(&gpu, &mesh).expect("it fits");
+        let geometry = Geometry::upload(&gpu, &mesh, Domain::of(&mesh)).expect("it fits");
         let cells: Arc<[u32]> = (0..mesh.cell_count() as u32)
             .filter(|c| c % 3 != 1)
             .collect();

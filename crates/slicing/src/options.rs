@@ -1,6 +1,7 @@
 //! What can be chosen.
 
 use tetrascope_core::{Error, OpticalModel};
+use tetrascope_f32::Domain;
 use tetrascope_gpu::wgpu::TextureFormat;
 
 /// How a grid is sliced.
@@ -32,6 +33,9 @@ pub struct SlicingOptions {
     pub crossing: Crossing,
     /// What lit volumes and isosurfaces have for normals.
     pub gradient: Gradient,
+    /// What positions, scalars of isosurfaces and the depth cue are relative to, for parts of a
+    /// grid or steps of a time series that are to agree; `None` for the volume's own.
+    pub domain: Option<Domain>,
     /// How samples lie in textures.
     pub storage: Storage,
     /// The level of the octree whose boxes are bricks, where samples are stored in bricks.
@@ -68,6 +72,7 @@ impl Default for SlicingOptions {
             shading: Shading::None,
             crossing: Crossing::Cells,
             gradient: Gradient::Auto,
+            domain: None,
             storage: Storage::Auto,
             brick_level: Level::Auto,
             memory_budget: 1 << 30,
