@@ -1,10 +1,10 @@
 //! Numbers that leave f64, and what renderers make of them before any device is involved.
 //!
 //! Reading order: [`normalization`] is the one place where numbers are rounded to f32, relative
-//! to a [`domain`];
-//! [`knots`] and [`look`] round an appearance with it. [`lengths`] and [`depth`] bound
-//! what a ray meets in a cell. [`image_plane`] is the camera of a view.
-//! [`layout`] packs a mesh for rays that walk from cell to cell; [`rays`] and [`tiles`] find where those of a view may enter it.
+//! to a [`domain`]; [`knots`] and [`look`] round an appearance with it. [`lengths`] and
+//! [`depth`] bound what a ray meets in a cell. [`image_plane`] is the camera of a view.
+//! [`layout`] packs a mesh for rays that walk from cell to cell; [`rays`] and [`tiles`] find
+//! where those of a view may enter it.
 //!
 //! # Words
 //! - *Normalized space* is world space moved to the volume's center and divided by about half

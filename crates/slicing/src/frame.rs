@@ -243,3 +243,54 @@ impl FrameGeometry {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use tetrascope_core::glam::DMat3;
+    use tetrascope_core::grid::Interpolation;
+    use tetrascope_core::{Camera, CameraFit};
+
+    use super::*;
+
+    /// With many slabs, one may be longer than the least spacing; none is longer than the bound.
+    #[test]
+    fn no_slab_is_longer_than_the_bound() {
+        let mut longer = 0;
+        for (side, spacing) in [
+            (100, DVec3::ONE),
+            (100, DVec3::new(1.0, 1.0, 0.01)),
+            (20, DVec3::new(1.0, 2.0, 3.0)),
+        ] {
+            let lattice = Lattice {
+                dims: [side; 3],
+                origin: DVec3::ZERO,
+                spacing,
+                direction: DMat3::IDENTITY,
+                interpolation: Interpolation::Linear,
+            };
+            let normalization = Normalization::of(&lattice.bounds());
+            for slices in [0.5, 2.0, 60.0] {
+                let bound = f64::from(longest_slab(&lattice, &normalization, slices));
+                let least = spacing.min_element() / normalization.scale / slices;
+                for (name, from) in CameraFit::ALL {
+                    for orthographic in [false, true] {
+                        let view = View {
+                            camera: Camera::fit(&lattice.bounds(), from, orthographic, 1.0),
+                            width: 8,
+                            height: 8,
+                            background: [0.0; 4],
+                        };
+                        let slope = ImagePlane::new(&view, &normalization).slope;
+                        let frame = geometry(&view, &lattice, &normalization, slices);
+                        let frame = frame.expect("few slabs").expect("seen");
+                        let stretch = (1.0 + slope[0] * slope[0] + slope[1] * slope[1]).sqrt();
+                        let longest = frame.step * stretch;
+                        assert!(longest <= bound * (1.0 + 1e-6), "{name} {slices} {spacing}");
+                        longer += u32::from(longest > least * (1.0 + 1e-6));
+                    }
+                }
+            }
+        }
+        assert!(longer > 0);
+    }
+}

@@ -1,5 +1,7 @@
 //! Parts of one mesh with the whole's domain, against the whole.
 
+use std::slice;
+
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
     Appearance, DepthCue, Error, Frame, Isosurface, OpticalModel, Volume, VolumeRenderer as _,
@@ -49,7 +51,9 @@ fn parts_with_the_domain_of_the_whole_are_the_whole_to_the_last_bit() {
         let whole = picture(&volume, None);
         let differing = |domain| {
             let parts = parts.each_ref().map(|part| picture(part, domain));
-            let both = nearest(&parts).into_iter().zip(nearest(&[whole.clone()]));
+            let both = nearest(&parts)
+                .into_iter()
+                .zip(nearest(slice::from_ref(&whole)));
             both.filter(|(part, whole)| part != whole).count()
         };
         let seen = whole.depths.as_ref().expect("depths").iter();
