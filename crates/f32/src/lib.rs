@@ -1,6 +1,7 @@
 //! Numbers that leave f64, and what renderers make of them before any device is involved.
 //!
-//! Reading order: [`normalization`] is the one place where numbers are rounded to f32;
+//! Reading order: [`normalization`] is the one place where numbers are rounded to f32, relative
+//! to a [`domain`];
 //! [`knots`] and [`look`] round an appearance with it. [`lengths`] and [`depth`] bound
 //! what a ray meets in a cell. [`image_plane`] is the camera of a view.
 //! [`layout`] packs a mesh for rays that walk from cell to cell; [`rays`] and [`tiles`] find where those of a view may enter it.
@@ -14,6 +15,7 @@
 //!   resolves depths along the ray however far the eye is.
 
 pub mod depth;
+pub mod domain;
 pub mod image_plane;
 pub mod knots;
 pub mod layout;
@@ -24,6 +26,7 @@ pub mod rays;
 pub mod tiles;
 
 pub use depth::{ANY_SCALAR, deepest};
+pub use domain::Domain;
 pub use image_plane::ImagePlane;
 pub use knots::KnotPair;
 pub use layout::{Layout, Locality};

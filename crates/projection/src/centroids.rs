@@ -83,7 +83,7 @@ fn by_digit(pairs: &[(u32, u32)], shift: u32, mut put: impl FnMut(usize, (u32, u
 mod tests {
     use tetrascope_core::glam::DVec3;
     use tetrascope_core::{Camera, CameraFit, View};
-    use tetrascope_f32::ImagePlane;
+    use tetrascope_f32::{Domain, ImagePlane};
     use tetrascope_testing as testing;
 
     use super::*;
@@ -95,7 +95,7 @@ mod tests {
             return;
         };
         let mesh = testing::data_set("torus", Some(3000));
-        let geometry = Geometry::upload(&gpu, &mesh).expect("it fits");
+        let geometry = Geometry::upload(&gpu, &mesh, Domain::of(&mesh)).expect("it fits");
         let cells: Arc<[u32]> = (0..mesh.cell_count() as u32)
             .filter(|c| c % 3 != 1)
             .collect();

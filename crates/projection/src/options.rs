@@ -1,6 +1,7 @@
 //! What can be chosen.
 
 use tetrascope_core::{Appearance, Error, OpticalModel};
+use tetrascope_f32::Domain;
 use tetrascope_gpu::Gpu;
 pub use tetrascope_gpu::Integration;
 use tetrascope_gpu::wgpu::DeviceType;
@@ -28,6 +29,9 @@ pub struct ProjectionOptions {
     pub minimum_side: u32,
     /// How isosurfaces are found in a cell.
     pub surfaces: SurfaceSearch,
+    /// What positions, scalars of isosurfaces and the depth cue are relative to, for parts of a
+    /// mesh or steps of a time series that are to agree; `None` for the volume's own.
+    pub domain: Option<Domain>,
 }
 
 impl Default for ProjectionOptions {
@@ -41,6 +45,7 @@ impl Default for ProjectionOptions {
             fragment_bytes: 1 << 28,
             minimum_side: 128,
             surfaces: SurfaceSearch::Exact,
+            domain: None,
         }
     }
 }

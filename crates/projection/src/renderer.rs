@@ -8,7 +8,7 @@ use tetrascope_core::{
     VolumeRenderer,
 };
 use tetrascope_f32::look::look;
-use tetrascope_f32::{ImagePlane, ScalarMap};
+use tetrascope_f32::{Domain, ImagePlane, ScalarMap};
 use tetrascope_gpu::gather::gathered_format;
 use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
@@ -63,8 +63,9 @@ impl Projection {
         let cell_pass = CellPass::new(gpu)?;
         let mut sorter = Sorter::default();
         sorter.prepare(gpu, options, &cell_pass, appearance.optical_model, mesh)?;
-        let geometry = Geometry::upload(gpu, mesh)?;
-        let map = ScalarMap::of_appearance(appearance, mesh.scalar_range());
+        let domain = Domain::of(mesh).within(options.domain)?;
+        let geometry = Geometry::upload(gpu, mesh, domain)?;
+        let map = ScalarMap::of_appearance(appearance, domain.scalar_range);
         let field = Field::upload(gpu, &geometry, mesh, map, options.cell_layout)?;
         let face_pass = match options.exit_search {
             ExitSearch::PerFragment => None,
@@ -159,7 +160,7 @@ impl Projection {
         let (look, items) = look(
             &scene.appearance,
             view,
-            &scene.geometry.mesh.bounds(),
+            &scene.geometry.domain.bounds,
             normalization,
             &scene.field.map,
             &plane.camera_from_normalized(),
@@ -251,15 +252,17 @@ impl Projection {
 
     fn reload_mesh(&mut self, mesh: &TetMesh) -> Result<(), Error> {
         let old = &self.scene.geometry;
+        let domain = Domain::of(mesh).within(self.options.domain)?;
         let geometry = if old.mesh.shares_geometry(mesh) {
             Geometry {
                 mesh: mesh.clone(),
+                domain,
                 ..old.clone()
             }
         } else {
-            Geometry::upload(self.canvas.gpu(), mesh)?
+            Geometry::upload(self.canvas.gpu(), mesh, domain)?
         };
-        let (map, range) = (self.scene.field.map, mesh.scalar_range());
+        let (map, range) = (self.scene.field.map, domain.scalar_range);
         let map = match map.suits_appearance(&self.scene.appearance, range) {
             true => map,
             false => ScalarMap::of_appearance(&self.scene.appearance, range),
@@ -303,7 +306,7 @@ impl VolumeRenderer for Projection {
             model,
             &geometry.mesh,
         )?;
-        let range = geometry.mesh.scalar_range();
+        let range = geometry.domain.scalar_range;
         let field = if self.scene.field.map.suits_appearance(appearance, range) {
             self.scene.field.clone()
         } else {

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, Volume};
-use tetrascope_f32::{ANY_SCALAR, KnotPair, Normalization, ScalarMap, deepest, longest_edge};
+use tetrascope_f32::{
+    ANY_SCALAR, Domain, KnotPair, Normalization, ScalarMap, deepest, longest_edge,
+};
 use tetrascope_gpu::passes::look_constants;
 use tetrascope_gpu::preintegration::{self, Table};
 use tetrascope_gpu::transfer_function::knot_pairs;
@@ -38,6 +40,7 @@ fn texels(count: usize, per_row: u32) -> (u32, u32) {
 #[derive(Clone, Debug)]
 pub(crate) struct Geometry {
     pub(crate) mesh: TetMesh,
+    pub(crate) domain: Domain,
     pub(crate) normalization: Normalization,
     pub(crate) positions: wgpu::Buffer,
     pub(crate) cells: wgpu::Buffer,
@@ -55,7 +58,7 @@ pub(crate) struct Field {
     pub(crate) scalars: wgpu::Buffer,
     /// The vertices of faces, where cells do not share theirs.
     pub(crate) faces: Option<faces::Buffers>,
-    /// The least and the greatest.
+    /// The least and the greatest of the domain.
     pub(crate) range: (f32, f32),
 }
 
@@ -114,7 +117,7 @@ pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
 }
 
 impl Geometry {
-    pub(crate) fn upload(gpu: &Gpu, mesh: &TetMesh) -> Result<Geometry, Error> {
+    pub(crate) fn upload(gpu: &Gpu, mesh: &TetMesh, domain: Domain) -> Result<Geometry, Error> {
         // Four vertices a cell are numbered in 32 bits.
         let most = u32::MAX / 4;
         if mesh.cell_count() as u64 > u64::from(most) {
@@ -125,7 +128,7 @@ impl Geometry {
                 unit: "cells",
             });
         }
-        let normalization = Normalization::of(&mesh.bounds());
+        let normalization = Normalization::of(&domain.bounds);
         let positions: Vec<[f32; 3]> = mesh
             .points()
             .iter()
@@ -140,6 +143,7 @@ impl Geometry {
         let cells: Vec<[u32; 4]> = mesh.tetrahedra().iter().enumerate().map(solid).collect();
         Ok(Geometry {
             mesh: mesh.clone(),
+            domain,
             normalization,
             positions: gpu.upload("the mesh's vertices", &positions, STORAGE)?,
             cells: gpu.upload("the mesh's cells", &cells, STORAGE)?,
@@ -170,7 +174,7 @@ impl Field {
             let values = &mesh.scalars().values;
             values.iter().map(|s| map.scalar(*s)).collect()
         };
-        let range = map.range(mesh.scalar_range());
+        let range = map.range(geometry.domain.scalar_range);
         let normalization = &geometry.normalization;
         Ok(Field {
             map,

@@ -1,6 +1,7 @@
 //! What can be chosen.
 
 use tetrascope_core::Error;
+use tetrascope_f32::Domain;
 pub use tetrascope_gpu::Integration;
 use tetrascope_gpu::preintegration::OfSide;
 
@@ -19,6 +20,9 @@ pub struct RaycastOptions {
     pub stop_opacity: f32,
     /// In which order the mesh lies in memory.
     pub locality: Locality,
+    /// What positions, scalars of isosurfaces and the depth cue are relative to, for parts of a
+    /// mesh or steps of a time series that are to agree; `None` for the volume's own.
+    pub domain: Option<Domain>,
     /// How a ray finds the boundary faces that it crosses. [`Passes::Single`] only.
     pub entries: Entries,
     /// Whether the walk compares products as integers on every device. Otherwise it does
@@ -124,6 +128,7 @@ impl Default for RaycastOptions {
             integration: Integration::Exact,
             stop_opacity: 1.0,
             locality: Locality::Morton,
+            domain: None,
             entries: Entries::TileLists,
             integer_sides: false,
             tiles: 4,

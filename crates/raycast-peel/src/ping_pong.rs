@@ -15,7 +15,7 @@ mod tiles;
 
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, Volume};
-use tetrascope_f32::{ANY_SCALAR, ScalarMap, deepest};
+use tetrascope_f32::{ANY_SCALAR, Domain, ScalarMap, deepest};
 use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::transfer_function::knot_pairs;
@@ -72,7 +72,7 @@ impl Style {
             scale: mesh.normalization.scale,
             intervals: &intervals,
             longest: mesh.longest_edge,
-            scalars: mesh.scalar_map.range(mesh.source.scalar_range()),
+            scalars: mesh.scalar_map.range(mesh.domain.scalar_range),
         };
         let table = table(gpu, appearance, &segments, options, last)?;
         if options.integration == Integration::Exact && intervals.len() > MOST_INTERVALS {
@@ -114,7 +114,9 @@ impl PingPong {
         options: &RaycastOptions,
     ) -> Result<PingPong, Error> {
         let map = ScalarMap::of(&appearance.transfer_function);
-        let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options)?;
+        let source = tetrahedra(volume)?;
+        let domain = Domain::of(source).within(options.domain)?;
+        let mesh = Mesh::new(gpu, source, domain, map, options)?;
         let passes = Passes::new(gpu, options)?;
         Ok(PingPong {
             style: Style::new(gpu, &passes, &mesh, appearance, options, None)?,
@@ -148,10 +150,12 @@ impl PingPong {
 
     pub(crate) fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         let source = tetrahedra(volume)?;
+        let domain = Domain::of(source).within(self.options.domain)?;
         let same_kind = source.scalars().association == self.mesh.source.scalars().association;
         if source.shares_geometry(&self.mesh.source) && same_kind {
             let jumps = source.is_continuous() != self.mesh.source.is_continuous();
             self.mesh.source = source.clone();
+            self.mesh.domain = domain;
             // A table's program knows whether scalars leave it.
             if jumps || self.options.integration != Integration::Exact {
                 self.style = self.new_style(&self.mesh, &self.style.appearance)?;
@@ -159,7 +163,7 @@ impl PingPong {
             return self.mesh.write_scalars(&self.gpu);
         }
         let map = ScalarMap::of(&self.style.appearance.transfer_function);
-        let mesh = Mesh::new(&self.gpu, source, map, &self.options)?;
+        let mesh = Mesh::new(&self.gpu, source, domain, map, &self.options)?;
         self.style = self.new_style(&mesh, &self.style.appearance)?;
         self.mesh = mesh;
         Ok(())

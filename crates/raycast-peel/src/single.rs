@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Appearance, Error, FrameStats, OpticalModel, TetMesh, View, Volume};
 use tetrascope_f32::tiles::TILE;
-use tetrascope_f32::{KnotPair, Rays, ScalarMap, Tiles, deepest, mean_chord};
+use tetrascope_f32::{Domain, KnotPair, Rays, ScalarMap, Tiles, deepest, mean_chord};
 use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
 use tetrascope_gpu::passes::{compute_pipeline, look_constants, model_constant, module};
 use tetrascope_gpu::preintegration::{self, Table};
@@ -259,8 +259,10 @@ impl Single {
         appearance: &Appearance,
         options: &RaycastOptions,
     ) -> Result<Single, Error> {
-        let map = ScalarMap::of_appearance(appearance, volume.scalar_range());
-        let mesh = Mesh::new(gpu, tetrahedra(volume)?, map, options.locality)?;
+        let source = tetrahedra(volume)?;
+        let domain = Domain::of(source).within(options.domain)?;
+        let map = ScalarMap::of_appearance(appearance, domain.scalar_range);
+        let mesh = Mesh::new(gpu, source, domain, map, options.locality)?;
         Ok(Single {
             style: Style::new(gpu, &mesh, appearance, options, None)?,
             peeling: match options.entries {
@@ -388,7 +390,8 @@ impl Single {
         let source = tetrahedra(volume)?;
         let (gpu, old) = (&self.gpu, &self.mesh);
         let appearance = &self.style.appearance;
-        let range = source.scalar_range();
+        let domain = Domain::of(source).within(self.options.domain)?;
+        let range = domain.scalar_range;
         let same_kind = Kind::of(source) == Kind::of(&old.source);
         let same_geometry = source.shares_geometry(&old.source) && same_kind;
         let keeps_map = same_geometry && old.scalar_map.suits_appearance(appearance, range);
@@ -397,8 +400,8 @@ impl Single {
             false => ScalarMap::of_appearance(appearance, range),
         };
         let mesh = match same_geometry {
-            true => old.with_scalars(gpu, source, map)?,
-            false => Mesh::new(gpu, source, map, self.options.locality)?,
+            true => old.with_scalars(gpu, source, domain, map)?,
+            false => Mesh::new(gpu, source, domain, map, self.options.locality)?,
         };
         // A table's program knows whether scalars leave it.
         let holds = keeps_map && self.style.holds_for(&mesh)?;
@@ -413,12 +416,12 @@ impl Single {
 
     pub(crate) fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         let (gpu, old) = (&self.gpu, &self.mesh);
-        let range = old.source.scalar_range();
+        let range = old.domain.scalar_range;
         let mesh = match old.scalar_map.suits_appearance(appearance, range) {
             true => None,
             false => {
                 let map = ScalarMap::of_appearance(appearance, range);
-                Some(old.with_scalars(gpu, &old.source, map)?)
+                Some(old.with_scalars(gpu, &old.source, old.domain, map)?)
             }
         };
         let drawn = mesh.as_ref().unwrap_or(old);

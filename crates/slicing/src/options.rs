@@ -1,6 +1,7 @@
 //! What can be chosen.
 
 use tetrascope_core::{Error, OpticalModel};
+use tetrascope_f32::Domain;
 
 /// How a grid is sliced.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +32,9 @@ pub struct SlicingOptions {
     pub crossing: Crossing,
     /// What lit volumes and isosurfaces have for normals.
     pub gradient: Gradient,
+    /// What positions, scalars of isosurfaces and the depth cue are relative to, for parts of a
+    /// grid or steps of a time series that are to agree; `None` for the volume's own.
+    pub domain: Option<Domain>,
     /// How samples lie in textures.
     pub storage: Storage,
     /// The level of the octree whose boxes are bricks, where samples are stored in bricks.
@@ -64,6 +68,7 @@ impl Default for SlicingOptions {
             shading: Shading::None,
             crossing: Crossing::Cells,
             gradient: Gradient::Auto,
+            domain: None,
             storage: Storage::Auto,
             brick_level: Level::Auto,
             memory_budget: 1 << 30,

@@ -1,6 +1,8 @@
 //! The renderer: what lasts, and how a frame is recorded.
 
 mod parts;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -10,7 +12,7 @@ use tetrascope_core::{
     Appearance, Error, Frame, FrameStats, OpticalModel, View, Volume, VolumeRenderer,
 };
 use tetrascope_f32::look::look;
-use tetrascope_f32::{Normalization, ScalarMap};
+use tetrascope_f32::{Domain, Normalization, ScalarMap};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{
@@ -69,6 +71,7 @@ struct Samples {
     lattice: Lattice,
     /// Whether each sample is that of a whole cell.
     fills_cells: bool,
+    domain: Domain,
     normalization: Normalization,
     octree: Octree,
     /// Samples around each box that its range includes.
@@ -113,7 +116,7 @@ impl Slicing {
         options.validate()?;
         let pass = SlicePass::new(gpu)?;
         let reach = options.reach(appearance.optical_model);
-        let volume = Arc::new(Samples::new(source, reach)?);
+        let volume = Arc::new(Samples::new(source, reach, options.domain)?);
         let parts = Parts {
             gpu,
             options,
@@ -246,6 +249,7 @@ impl Slicing {
     ) -> Result<(Option<Plan>, u64), Error> {
         let (gpu, scene) = (self.canvas.gpu(), &self.scene);
         let Samples {
+            domain,
             lattice,
             normalization,
             octree,
@@ -323,7 +327,7 @@ impl Slicing {
         let (look, items) = look(
             &scene.appearance,
             view,
-            &lattice.bounds(),
+            &domain.bounds,
             normalization,
             &scene.map,
             &geometry.camera,
@@ -426,27 +430,33 @@ fn source_of(volume: &Volume) -> Result<Arc<dyn BrickSource>, Error> {
 }
 
 impl Samples {
-    fn new(source: Arc<dyn BrickSource>, reach: usize) -> Result<Samples, Error> {
+    fn new(
+        source: Arc<dyn BrickSource>,
+        reach: usize,
+        domain: Option<Domain>,
+    ) -> Result<Samples, Error> {
         let fills_cells = source.lattice().interpolation == Interpolation::Nearest;
         let source = match fills_cells {
             true => Arc::new(CellCorners::new(source)),
             false => source,
         };
         let lattice = source.lattice();
+        let octree = Octree::build(&*source, reach)?;
+        let [low, high] = octree.range(0, [0; 3]).map(f64::from);
+        let own = Domain {
+            bounds: lattice.bounds(),
+            scalar_range: (low <= high && (high - low).is_finite()).then_some((low, high)),
+        };
+        let domain = own.within(domain)?;
         Ok(Samples {
-            normalization: Normalization::of(&lattice.bounds()),
-            octree: Octree::build(&*source, reach)?,
+            normalization: Normalization::of(&domain.bounds),
+            domain,
+            octree,
             lattice,
             fills_cells,
             source,
             reach,
         })
-    }
-
-    /// The least and greatest sample, if they are finite.
-    fn range(&self) -> Option<(f64, f64)> {
-        let [low, high] = self.octree.range(0, [0; 3]).map(f64::from);
-        (low <= high && (high - low).is_finite()).then_some((low, high))
     }
 }
 
@@ -455,7 +465,11 @@ impl VolumeRenderer for Slicing {
         let appearance = &self.scene.appearance;
         ABILITIES.check(NAME, appearance, &volume.bounds())?;
         let reach = self.options.reach(appearance.optical_model);
-        let volume = Arc::new(Samples::new(source_of(volume)?, reach)?);
+        let volume = Arc::new(Samples::new(
+            source_of(volume)?,
+            reach,
+            self.options.domain,
+        )?);
         self.scene = self.parts().scene(appearance, volume, None)?;
         Ok(())
     }
@@ -470,7 +484,10 @@ impl VolumeRenderer for Slicing {
         let before = (reach <= scene.volume.reach).then_some(scene);
         let volume = match before {
             Some(scene) => scene.volume.clone(),
-            None => Arc::new(Samples::new(scene.volume.source.clone(), reach)?),
+            None => {
+                let source = scene.volume.source.clone();
+                Arc::new(Samples::new(source, reach, self.options.domain)?)
+            }
         };
         self.scene = self.parts().scene(appearance, volume, before)?;
         Ok(())

@@ -14,6 +14,7 @@ mod grids;
 mod image_error;
 mod looks;
 mod meshes;
+mod parts;
 mod truth;
 mod views;
 
@@ -29,6 +30,7 @@ pub use meshes::{
     CUBE, cells, data_set, jumping, kuhn, kuhn_cells, mesh, mismatched, point_scalars, split,
     stacked_plates, tetrahedra_of,
 };
+pub use parts::quarters;
 pub use truth::{is_explained, is_near_explained, truth};
 pub use views::{cutting, fitted, inside, outside_and_inside, view};
 

@@ -272,7 +272,7 @@ mod tests {
     use tetrascope_core::glam::DVec3;
     use tetrascope_core::mesh::{Association, Scalars};
     use tetrascope_core::{Knot, TetMesh, TransferFunction};
-    use tetrascope_f32::ScalarMap;
+    use tetrascope_f32::{Domain, ScalarMap};
     use tetrascope_gpu::transfer_function::knot_pairs;
 
     use super::*;
@@ -363,7 +363,7 @@ mod tests {
         for cells in [1, 255, 256, 257, 70_001] {
             for association in [Association::Point, Association::Cell] {
                 let mesh = row(association, cells, scalars);
-                let geometry = Geometry::upload(&gpu, &mesh).expect("it fits");
+                let geometry = Geometry::upload(&gpu, &mesh, Domain::of(&mesh)).expect("it fits");
                 let map = ScalarMap::of_appearance(
                     &tetrascope_core::Appearance::new(function(), OpticalModel::Emission),
                     mesh.scalar_range(),

@@ -4,6 +4,7 @@ mod common;
 
 mod look;
 mod order;
+mod parts;
 mod per_vertex;
 mod surfaces;
 mod tables;

@@ -4,7 +4,7 @@ use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_core::mesh::{Association, FACES, NO_NEIGHBOR};
 use tetrascope_core::{Error, TetMesh};
 use tetrascope_f32::layout::{cell_order, inverse};
-use tetrascope_f32::{Normalization, ScalarMap, longest_edge};
+use tetrascope_f32::{Domain, Normalization, ScalarMap, longest_edge};
 use tetrascope_gpu::Gpu;
 use tetrascope_gpu::memory::texture_bytes;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
@@ -166,6 +166,7 @@ impl Boundary {
 #[derive(Debug)]
 pub(super) struct Mesh {
     pub(super) source: TetMesh,
+    pub(super) domain: Domain,
     pub(super) normalization: Normalization,
     pub(super) scalar_map: ScalarMap,
     /// No ray is longer in a cell than this, normalized.
@@ -185,10 +186,11 @@ impl Mesh {
     pub(super) fn new(
         gpu: &Gpu,
         source: &TetMesh,
+        domain: Domain,
         scalar_map: ScalarMap,
         options: &RaycastOptions,
     ) -> Result<Mesh, Error> {
-        let normalization = Normalization::of(&source.bounds());
+        let normalization = Normalization::of(&domain.bounds);
         let limit = gpu.limits().max_texture_dimension_2d;
         let packing = Packing::new(source.cell_count(), limit)?;
         let cell_order = cell_order(source, options.locality);
@@ -215,6 +217,7 @@ impl Mesh {
             boundary: Boundary::new(gpu, source, &normalization, &packing, &cell_order, of_cells)?,
             exchanged,
             source: source.clone(),
+            domain,
             normalization,
             scalar_map,
             packing,

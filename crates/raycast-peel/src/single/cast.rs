@@ -86,7 +86,7 @@ impl<'a> Cast<'a> {
         let (look, items) = look(
             &style.appearance,
             view,
-            &mesh.source.bounds(),
+            &mesh.domain.bounds,
             &mesh.normalization,
             &mesh.scalar_map,
             &DAffine3::IDENTITY,

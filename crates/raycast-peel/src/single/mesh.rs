@@ -5,7 +5,7 @@ use std::sync::Arc;
 use tetrascope_core::glam::Vec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Error, TetMesh};
-use tetrascope_f32::{Layout, Locality, Normalization, ScalarMap, longest_edge};
+use tetrascope_f32::{Domain, Layout, Locality, Normalization, ScalarMap, longest_edge};
 use tetrascope_gpu::Gpu;
 use tetrascope_gpu::passes::{TEXELS, compute_pipeline, group, layout, module, write_texels};
 use tetrascope_gpu::wgpu::{self, ShaderStages, TextureFormat, TextureUsages};
@@ -45,6 +45,7 @@ impl Kind {
 #[derive(Clone, Debug)]
 pub(crate) struct Mesh {
     pub(crate) source: TetMesh,
+    pub(crate) domain: Domain,
     pub(crate) normalization: Normalization,
     pub(crate) scalar_map: ScalarMap,
     pub(crate) layout: Arc<Layout>,
@@ -65,10 +66,11 @@ impl Mesh {
     pub(crate) fn new(
         gpu: &Gpu,
         source: &TetMesh,
+        domain: Domain,
         scalar_map: ScalarMap,
         locality: Locality,
     ) -> Result<Mesh, Error> {
-        let normalization = Normalization::of(&source.bounds());
+        let normalization = Normalization::of(&domain.bounds);
         let layout = Layout::new(source, locality);
         let position = |&point: &u32| normalization.position(source.points()[point as usize]);
         let positions: Vec<Vec3> = layout.vertex_order.iter().map(position).collect();
@@ -89,6 +91,7 @@ impl Mesh {
             neighbors: gpu.upload_texels("of neighbors", ids, &layout.neighbors)?,
             boundary: gpu.upload_texels("of boundary faces", ids, &layout.boundary)?,
             source: source.clone(),
+            domain,
             normalization,
             layout: Arc::new(layout),
             scalar_map,
@@ -100,10 +103,12 @@ impl Mesh {
         &self,
         gpu: &Gpu,
         source: &TetMesh,
+        domain: Domain,
         scalar_map: ScalarMap,
     ) -> Result<Mesh, Error> {
         let mut mesh = Mesh {
             source: source.clone(),
+            domain,
             scalar_map,
             ..self.clone()
         };
@@ -118,9 +123,9 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// The least and the greatest scalar, mapped.
+    /// The domain's least and greatest scalar, mapped.
     pub(crate) fn scalars(&self) -> (f32, f32) {
-        self.scalar_map.range(self.source.scalar_range())
+        self.scalar_map.range(self.domain.scalar_range)
     }
 
     /// What `march.wgsl` has in group 1.

@@ -6,6 +6,7 @@ mod layers;
 mod long;
 mod look;
 mod models;
+mod parts;
 mod ping_pong;
 mod real_data;
 mod reference;

@@ -38,7 +38,7 @@ impl Parts<'_> {
         let tf = &appearance.transfer_function;
         let table = volume.octree.table(appearance);
         let visibility = volume.octree.visibility(&table);
-        let (sample_type, range) = (volume.source.sample_type(), volume.range());
+        let (sample_type, range) = (volume.source.sample_type(), volume.domain.scalar_range);
         let texels = Texels::of(gpu, sample_type, options.filtering);
         let (scale, mut map) = Scale::of(texels, sample_type, appearance, range);
         let floats = sample_type == SampleType::F32;

@@ -175,6 +175,7 @@ fn options(settings: &Settings) -> SlicingOptions {
         gradient: choice(settings, "gradient", &Gradient::ALL),
         storage: choice(settings, "storage", &Storage::ALL),
         memory_budget: (settings.integer("budget") as u64) << 20,
+        domain: None,
     }
 }
 
