@@ -1,6 +1,5 @@
 //! The bench that tests and benchmarks share: volumes, looks, views, the truth, the error of
-//! a picture, real data, a device, and an application
-//! that has drawn on it.
+//! a picture, real data, a device, and an application that has drawn on it.
 //!
 //! Whatever is missing, such as a graphics adapter or a data file, is said on stderr together
 //! with the test that is skipped. All that is built here is valid, so nothing returns an error:
