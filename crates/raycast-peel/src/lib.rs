@@ -139,7 +139,8 @@
 //!   step.
 //! - [`Passes::PingPong`] draws all faces of the boundary for each layer of it: 4096 bodies behind
 //!   each other, 16 384 faces, in 8x8 pixels took 49 158 passes and 203 s of CPU (RMSE
-//!   4.0e-6, in one dispatch 3.5e-6). Faces before the last layer could be left out, which saves half at most.
+//!   4.0e-6, in one dispatch 3.5e-6). Faces before the last layer could be left out, which
+//!   saves half at most.
 //! - [`Passes::PingPong`] draws no isosurfaces, depth cue or clip planes, and cannot be recorded
 //!   into the caller's encoder, as the CPU reads occlusion queries between passes.
 
