@@ -34,7 +34,7 @@ fn by_planes() -> RaycastOptions {
 
 /// RMSE over the pixels that are not listed, and the pixels that differ by more than
 /// `outlier` in a channel.
-fn difference(a: &Frame, b: &Frame, outlier: f64) -> (f64, Vec<usize>) {
+pub(crate) fn difference(a: &Frame, b: &Frame, outlier: f64) -> (f64, Vec<usize>) {
     let mut outliers = Vec::new();
     let mut sum = 0.0;
     for (pixel, (a, b)) in a.pixels.iter().zip(&b.pixels).enumerate() {
@@ -55,7 +55,7 @@ fn distance_to_edge(volume: &Volume, view: &View, pixel: usize) -> f64 {
         panic!("a mesh")
     };
     let (right, up, forward) = view.camera.axes();
-    let side = f64::from(SIDE);
+    let side = f64::from(view.width);
     let on_image = |point: DVec3| {
         let p = point - view.camera.position;
         let half = match view.camera.projection {
@@ -73,8 +73,8 @@ fn distance_to_edge(volume: &Volume, view: &View, pixel: usize) -> f64 {
         Some((DVec2::new(x, y) + 1.0) * side / 2.0)
     };
     let center = DVec2::new(
-        (pixel % SIDE as usize) as f64,
-        (pixel / SIDE as usize) as f64,
+        (pixel % view.width as usize) as f64,
+        (pixel / view.width as usize) as f64,
     ) + 0.5;
     let mut least = f64::INFINITY;
     for &(cell, opposite) in mesh.boundary_faces() {
@@ -114,13 +114,24 @@ const RMSE: f64 = 1e-5;
 
 /// Beyond this a pixel needs another reason than rounding: a grazing ray's chord errs
 /// by 2⁻²² over the sine of its angle.
-const OUTLIER: f64 = 3e-4;
+pub(crate) const OUTLIER: f64 = 3e-4;
 
 /// The bits of a pixel to which rasterizers snap vertices. Vulkan promises 4
 /// (`subPixelPrecisionBits` among its required limits), and SwiftShader has no more; llvmpipe and most
 /// GPUs have 8. Each of an edge's two ends moves by at most half of the grid along x and y, so
 /// whether a ray closer to an edge than the grid comes in is the rasterizer's guess.
 const SNAP_BITS: std::ops::RangeInclusive<i32> = 4..=8;
+
+/// How many times as wide as with 8 bits the rasterizer's grid is at least, from outliers that
+/// nothing but the grid explains.
+pub(crate) fn grid_width(what: &str, volume: &Volume, view: &View, outliers: &[usize]) -> usize {
+    let away = outliers.iter();
+    let away = away.map(|&pixel| distance_to_edge(volume, view, pixel));
+    let away = away.fold(0.0, f64::max);
+    let grid = SNAP_BITS.rev().find(|bits| away <= 0.5f64.powi(*bits));
+    let bits = grid.unwrap_or_else(|| panic!("{what}: {away} from an edge"));
+    1 << (SNAP_BITS.end() - bits)
+}
 
 /// Outliers among 1600 rays, from where many run along the lattice, where the grid has 8
 /// bits. The strip along an edge in which rays are outliers is as wide as the grid.
@@ -160,14 +171,9 @@ fn by_planes_a_step_a_pass_agrees_but_at_edges() {
                 println!("{what}: rmse {rmse:.1e} of {scale:.1}, outliers {outliers:?}");
                 assert_eq!(frame.stats.lost_rays, Some(0), "{what}");
                 assert!(rmse <= RMSE * f64::from(scale), "{what}: {rmse:e}");
-                let away = outliers.iter();
-                let away = away.map(|&pixel| distance_to_edge(&volume, &view, pixel));
-                let away = away.fold(0.0, f64::max);
-                // The finest grid that explains them all.
-                let grid = SNAP_BITS.rev().find(|bits| away <= 0.5f64.powi(*bits));
-                let bits = grid.unwrap_or_else(|| panic!("{what}: {away} from an edge"));
-                let most = OUTLIERS << (SNAP_BITS.end() - bits);
-                assert!(outliers.len() <= most, "{what}: {bits} bits, {outliers:?}");
+                let width = grid_width(&what, &volume, &view, &outliers);
+                let most = OUTLIERS * width;
+                assert!(outliers.len() <= most, "{what}: {width}, {outliers:?}");
             }
         }
     }
