@@ -34,7 +34,7 @@
 //!    (`surface.wgsl`) finds in each fragment where the ray meets the nearest, shades it by
 //!    the cell's gradient, and lets the depth buffer hide the others, so no order is
 //!    needed; `among.wgsl` puts them among an application's own geometry
-//!    ([`Projection::encode_among`]).
+//!    ([`tetrascope_gpu::SceneDepth`]).
 //! 6. `gather` of tetrascope-gpu (`resolve.wgsl`) puts the sum over the background.
 //!
 //! # Departures from the paper
