@@ -62,7 +62,7 @@ fn fs_surface(in: Varying) -> Met {
     }
     return Met(
         vec4f(color, 1.0),
-        (along - in.per_depth.z) * sqrt(1.0 + dot(slope, slope)),
+        (along - in.per_depth.z) * sqrt(1.0 + dot(ray.slope, ray.slope)),
         saturate(0.5 + along / (2.0 * REACH)),
     );
 }
