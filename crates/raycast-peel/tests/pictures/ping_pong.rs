@@ -116,21 +116,23 @@ const RMSE: f64 = 1e-5;
 /// by 2⁻²² over the sine of its angle.
 pub(crate) const OUTLIER: f64 = 3e-4;
 
-/// The bits of a pixel to which rasterizers snap vertices. Vulkan promises 4
-/// (`subPixelPrecisionBits` among its required limits), and SwiftShader has no more; llvmpipe and most
-/// GPUs have 8. Each of an edge's two ends moves by at most half of the grid along x and y, so
-/// whether a ray closer to an edge than the grid comes in is the rasterizer's guess.
-const SNAP_BITS: std::ops::RangeInclusive<i32> = 4..=8;
+/// The bits of a pixel to which rasterizers snap vertices: 8 on llvmpipe and most GPUs, and what
+/// Vulkan promises (`subPixelPrecisionBits` among its required limits), 4, which is all that
+/// SwiftShader has. Each of an edge's two ends moves by at most half of the grid along x and y,
+/// so whether a ray within √½ of the grid of an edge comes in is the rasterizer's guess.
+const SNAP_BITS: [i32; 2] = [8, 4];
 
-/// How many times as wide as with 8 bits the rasterizer's grid is at least, from outliers that
-/// nothing but the grid explains.
+/// How many times as wide as with 8 bits the rasterizer's grid may be, given outliers that
+/// nothing but the grid explains: how far they are from edges says only how wide it is at least,
+/// and where 8 bits do not explain them it may be as wide as Vulkan lets it be.
 pub(crate) fn grid_width(what: &str, volume: &Volume, view: &View, outliers: &[usize]) -> usize {
     let away = outliers.iter();
     let away = away.map(|&pixel| distance_to_edge(volume, view, pixel));
     let away = away.fold(0.0, f64::max);
-    let grid = SNAP_BITS.rev().find(|bits| away <= 0.5f64.powi(*bits));
+    let reach = |bits: i32| 0.5f64.sqrt() * 0.5f64.powi(bits);
+    let grid = SNAP_BITS.into_iter().find(|bits| away <= reach(*bits));
     let bits = grid.unwrap_or_else(|| panic!("{what}: {away} from an edge"));
-    1 << (SNAP_BITS.end() - bits)
+    1 << (SNAP_BITS[0] - bits)
 }
 
 /// Outliers among 1600 rays, from where many run along the lattice, where the grid has 8
