@@ -118,10 +118,13 @@ struct Case {
     name: &'static str,
     volume: Volume,
     file: SceneFile,
+    /// The sphere's center from the volume's, in its sizes.
+    at: DVec3,
 }
 
 fn cases() -> Vec<Case> {
-    let mesh = |name: &'static str| {
+    let middle = DVec3::splat(0.1);
+    let mesh = |name: &'static str, at: DVec3| {
         let dataset = tetrascope::datasets::find(name).expect("listed");
         let mut file = tetrascope::volumes::scene(dataset);
         file.volume.cells = Some(700);
@@ -130,18 +133,20 @@ fn cases() -> Vec<Case> {
             name,
             volume: loaded.expect("a data set").volume,
             file,
+            at,
         }
     };
     let bump = Case {
         name: "bump",
         volume: grid(),
         file: SceneFile::new(VolumeSource::default()),
+        at: middle,
     };
     vec![
-        mesh("sphere"),
-        mesh("orbital"),
-        mesh("heat-sink"),
-        mesh("torus"),
+        mesh("sphere", middle),
+        mesh("orbital", middle),
+        mesh("heat-sink", middle),
+        mesh("torus", DVec3::new(0.3, 0.2, 0.1)),
         bump,
     ]
 }
@@ -175,7 +180,7 @@ fn a_sphere_in_each_scene_hides_what_is_behind_it_and_nothing_else() {
     for (index, case) in cases().into_iter().enumerate() {
         let bounds = case.volume.bounds();
         let sphere = Sphere {
-            center: bounds.center() + 0.1 * bounds.size(),
+            center: bounds.center() + case.at * bounds.size(),
             radius: 0.22 * bounds.size().min_element().max(0.3 * bounds.diagonal()),
         };
         // Each case in both projections, and with both kinds of depths in turn.
@@ -205,9 +210,12 @@ fn a_sphere_in_each_scene_hides_what_is_behind_it_and_nothing_else() {
                 let without = reference.render_exact(&view).expect("a picture");
                 let hidden = truth.pixels.iter().zip(&without.pixels);
                 let hidden = hidden.filter(|(a, b)| a != b).count();
-                // A surface around the sphere hides it, and none may be behind.
-                if model != OpticalModel::Isosurfaces {
-                    assert!(hidden > 50, "{}: {hidden} pixels are hidden", case.name);
+                // What is behind need not be the greatest, and a surface around the sphere hides it.
+                if matches!(
+                    model,
+                    OpticalModel::EmissionAbsorption | OpticalModel::Emission
+                ) {
+                    assert!(hidden > 20, "{}: {hidden} pixels are hidden", case.name);
                 }
                 hidden_surfaces += usize::from(model == OpticalModel::Isosurfaces) * hidden;
                 for algorithm in &drawing {
