@@ -10,7 +10,7 @@ use serde_json::Value;
 const RULES: [(&str, &[&str], &[&str]); 16] = [
     ("core", &[], &[]),
     ("shaders", &[], &[]),
-    ("f32", &["core"], &["shaders"]),
+    ("f32", &["core"], &["shaders", "testing"]),
     ("io", &["core"], &["testing"]),
     ("datasets", &["core"], &[]),
     ("reference", &["core"], &["testing"]),

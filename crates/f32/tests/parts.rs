@@ -1,43 +1,15 @@
 //! Parts of one mesh with the whole's domain: every number in f32 is the whole's.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 use tetrascope_core::glam::{DAffine3, DVec3};
 use tetrascope_core::{
     Appearance, Bounds, Camera, CameraFit, DepthCue, Knot, OpticalModel, Scalars, TetMesh,
     TransferFunction, View,
 };
-use tetrascope_datasets::{Options, find};
 use tetrascope_f32::look::look;
 use tetrascope_f32::{Domain, Normalization, ScalarMap};
-
-/// Four meshes of the cells in each quadrant around the middle.
-fn quarters(mesh: &TetMesh) -> [TetMesh; 4] {
-    let middle = mesh.bounds().center();
-    let quadrant = |cell: usize| {
-        let side = mesh.cell_points(cell).iter().sum::<DVec3>() / 4.0 - middle;
-        usize::from(side.x > 0.0) + 2 * usize::from(side.y > 0.0)
-    };
-    [0, 1, 2, 3].map(|quarter| {
-        let cells = (0..mesh.cell_count()).filter(|cell| quadrant(*cell) == quarter);
-        let cells: Vec<[u32; 4]> = cells.map(|cell| mesh.tetrahedra()[cell]).collect();
-        let used: BTreeSet<u32> = cells.iter().flatten().copied().collect();
-        let numbers: HashMap<u32, u32> = used.iter().copied().zip(0..).collect();
-        let points = used.iter().map(|point| mesh.points()[*point as usize]);
-        let values = used
-            .iter()
-            .map(|point| mesh.scalars().values[*point as usize]);
-        let points = points.collect();
-        let values = values.collect();
-        let cells = cells.iter().map(|cell| cell.map(|point| numbers[&point]));
-        let cells = cells.collect();
-        let scalars = Scalars {
-            values,
-            ..mesh.scalars().clone()
-        };
-        TetMesh::from_tetrahedra(points, cells, scalars).expect("a part of a mesh")
-    })
-}
+use tetrascope_testing::{data_set, quarters};
 
 /// Bits of positions and scalars of all corners of all cells, and of the depth cue.
 fn numbers(mesh: &TetMesh, domain: &Domain) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
@@ -87,12 +59,7 @@ fn numbers(mesh: &TetMesh, domain: &Domain) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
 
 #[test]
 fn parts_of_a_mesh_have_the_numbers_of_the_whole() {
-    let options = Options {
-        cells: Some(3000),
-        seed: None,
-    };
-    let mesh = find("torus").expect("listed").mesh(&options);
-    let mesh = mesh.expect("a mesh");
+    let mesh = data_set("torus", Some(3000));
     // Each quadrant has a range of its own.
     let values = mesh.points().iter().map(|p| p.x + 2.0 * p.y + p.z);
     let scalars = Scalars {

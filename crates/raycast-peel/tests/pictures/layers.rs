@@ -121,7 +121,7 @@ fn layers_give_the_bits_of_lists() {
         ..RaycastOptions::default()
     };
     let frame = draw(&gpu, &volume, &appearance, &options, &view);
-    assert_eq!((frame.stats.layers, frame.stats.passes), (Some(2), 5));
+    assert_eq!((frame.stats.layers, frame.stats.passes), (Some(2), 6));
 }
 
 /// Nested and touching boundaries, early termination, and integers that decide.
