@@ -104,6 +104,43 @@
 //!   h being that sample: cells much smaller than the longest edge show it.
 //! - Where the device cannot blend f32, sums are kept in f16 and the frame says so,
 //!   except with [`Order::PerPixel`], which does not blend.
+//!
+//! # In an application with its own wgpu
+//! ```no_run
+//! use tetrascope_core::glam::DMat4;
+//! use tetrascope_core::{Appearance, Error, View, Volume};
+//! use tetrascope_gpu::wgpu::{self, TextureFormat};
+//! use tetrascope_gpu::{Draw as _, Gpu, Over, SceneDepth, Target};
+//! use tetrascope_projection::{Projection, ProjectionOptions};
+//!
+//! /// Draws a volume among what the application has drawn into `color` and `depth`.
+//! fn draw(
+//!     (device, queue): (&wgpu::Device, &wgpu::Queue),
+//!     (volume, appearance, view): (&Volume, &Appearance, &View),
+//!     (color, format): (&wgpu::TextureView, TextureFormat),
+//!     (depth, clip_from_world): (&wgpu::Texture, DMat4),
+//! ) -> Result<(), Error> {
+//!     // Once, and `reload` or `restyle` when something changes:
+//!     let gpu = Gpu::from_device(device.clone(), queue.clone());
+//!     let options = ProjectionOptions::default();
+//!     let renderer = Projection::new(&gpu, volume, appearance, &options)?;
+//!     // Every frame:
+//!     let target = Target {
+//!         over: Over::WhatIsThere,
+//!         depth: Some(SceneDepth {
+//!             texture: depth,
+//!             clip_from_world,
+//!         }),
+//!         ..Target::new(color, format)
+//!     };
+//!     let mut encoder = device.create_command_encoder(&Default::default());
+//!     let recorded = renderer.encode(&mut encoder, view, &target)?;
+//!     queue.submit([encoder.finish()]);
+//!     // Only who wants them waits for the statistics.
+//!     println!("{:?}", recorded.statistics()?);
+//!     Ok(())
+//! }
+//! ```
 
 mod centroids;
 mod faces;
