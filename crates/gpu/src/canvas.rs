@@ -50,12 +50,12 @@ struct Scene {
     unused: f32,
 }
 
-/// What a volume's parts add up to, as large as the view.
+/// Textures in which a volume's parts add up, as large as the view.
 #[derive(Clone, Debug)]
 pub struct Sums {
-    /// Of a format that the renderer chooses.
+    /// Light and opacity, or as the optical model has it, in a format that the renderer chooses.
     pub color: Texture,
-    /// Of isosurfaces: R32Float, normalized units from where rays start, or [`NOWHERE`].
+    /// Distances of isosurfaces: R32Float, normalized units from where rays start, or [`NOWHERE`].
     pub distances: Option<Texture>,
 }
 
@@ -70,13 +70,13 @@ pub struct SumsKind {
     pub distances: bool,
 }
 
-/// What puts sums into a kind of target.
+/// The kinds of targets that sums are put into, each by a pass of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PutKind {
     model: OpticalModel,
     format: TextureFormat,
     over: Over,
-    /// Of isosurfaces among an application's geometry: its depth's format, and which is nearer.
+    /// For isosurfaces among an application's geometry: its depth's format, and which is nearer.
     depth: Option<(TextureFormat, CompareFunction)>,
 }
 
@@ -90,7 +90,7 @@ pub struct Canvas {
     puts: Mutex<Vec<(PutKind, Pass)>>,
     ends: OnceLock<Pass>,
     end_depths: Mutex<Option<Texture>>,
-    /// What is bound where rays end nowhere.
+    /// Bound where rays end nowhere.
     no_ends: Texture,
 }
 
@@ -102,7 +102,7 @@ struct Pass {
 }
 
 impl Canvas {
-    /// What a new renderer draws with; passes are compiled when they are first needed.
+    /// Makes a canvas for a new renderer; passes are compiled when they are first needed.
     pub fn new(gpu: &Gpu) -> Result<Canvas, Error> {
         let usage = TextureUsages::TEXTURE_BINDING;
         Ok(Canvas {
@@ -121,7 +121,7 @@ impl Canvas {
         &self.gpu
     }
 
-    /// What is read back.
+    /// The texture that is read back.
     pub(crate) fn image(&self, size: (u32, u32)) -> Result<Texture, Error> {
         kept(
             &self.image,
@@ -354,7 +354,7 @@ impl Canvas {
     }
 }
 
-/// What is in `slot` if it fits, else what `make` makes; that stays there.
+/// Takes what is in `slot` if it fits, else what `make` makes, and keeps it there.
 fn kept<T: Clone>(
     slot: &Mutex<Option<T>>,
     fits: impl FnOnce(&T) -> bool,
