@@ -244,10 +244,10 @@ mod tests {
         }
     }
 
-    /// Where a ray crosses a sliver, its weights name the ray's place and no other.
+    /// Where a ray crosses a sliver, its shares name the ray's place and no other.
     #[test]
-    fn weights_of_slivers_name_the_ray() {
-        let Some(gpu) = testing::gpu("weights_of_slivers_name_the_ray") else {
+    fn shares_of_slivers_name_the_ray() {
+        let Some(gpu) = testing::gpu("shares_of_slivers_name_the_ray") else {
             return;
         };
         // Of length 1 and width 2⁻¹², in any direction, around the ray.
@@ -273,8 +273,8 @@ mod tests {
             .iter()
             .flat_map(|[a, b, c]| [[a.x, a.y, b.x, b.y], [c.x, c.y, 0.0, 0.0]])
             .collect();
-        let answers = probe(&gpu, "cs_weights", false, &inputs, slivers.len()).expect("runs");
-        // `weights` measures how far beside the ray the first weights are with some ten
+        let answers = probe(&gpu, "cs_shares", false, &inputs, slivers.len()).expect("runs");
+        // `shares` finds how far beside the ray the first solution is with some ten
         // roundings of 2⁻²⁴, and the areas' own, at most four, cost a share e = 2⁻²² / width of
         // that twice. Without taking it back it would be e.
         let bound = 2.0f64.powi(-20) + (2.0f64.powi(-22) / width).powi(2);

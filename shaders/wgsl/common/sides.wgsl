@@ -193,21 +193,31 @@ fn crossing(a: vec2f, b: vec2f, c: vec2f) -> i32 {
     return turn;
 }
 
-// The weights of the corners of a crossed face abc where the ray crosses it, up to a common
-// factor: twice the areas that the origin spans with the edges opposite. None is negative.
+// z and w where the ray crosses face abc, between its corners': a's, and shares of b's and c's
+// differences from it, so that what rounding leaves is relative to the face's extent and not to
+// its place, and a constant stays one. Where the face is seen edge on, those of its middle.
+fn mean_where_crossed(a: vec4f, b: vec4f, c: vec4f) -> vec2f {
+    let ab = b - a;
+    let ac = c - a;
+    let share = shares(a.xy, ab.xy, ac.xy);
+    return a.zw + (share.x * ab.zw + share.y * ac.zw);
+}
+
+// The shares of b and c where the ray crosses face abc, neither negative: those of which
+// a + x ab + y ac = 0.
 //
-// Products of f32 err by 2^-24 of themselves, so the areas of a sliver, l long and h wide as the
-// ray sees it, name a point up to e l beside the ray, e = 2^-24 l / h: much farther than
-// vertices are rounded. The distance is measured, and as areas are linear in the ray's place, it
-// is taken back. That leaves some 2^-24 l, as if the ray had moved, and e^2 l.
-fn weights(a: vec2f, b: vec2f, c: vec2f) -> vec3f {
-    let x = vec3f(a.x, b.x, c.x);
-    let y = vec3f(a.y, b.y, c.y);
-    let signed = x.yzx * y.zxy - y.yzx * x.zxy;
-    let turn = select(-1.0, 1.0, dot(signed, vec3f(1.0)) > 0.0);
-    let areas = max(turn * signed, vec3f(0.0));
-    let shares = areas / max(dot(areas, vec3f(1.0)), 1e-36);
-    let beside = turn * vec2f(dot(shares, x), dot(shares, y));
-    let back = beside.x * (y.zxy - y.yzx) - beside.y * (x.zxy - x.yzx);
-    return max(areas + back, vec3f(0.0));
+// Products of f32 err by 2^-24 of themselves, so for a sliver, l long and h wide as the ray sees
+// it, they name a point up to e l beside the ray, e = 2^-24 l / h: much farther than vertices are
+// rounded. What is left of the equation is solved once more. That leaves some 2^-24 l, as if the
+// ray had moved, and e^2 l.
+fn shares(a: vec2f, ab: vec2f, ac: vec2f) -> vec2f {
+    let area = ab.x * ac.y - ab.y * ac.x;
+    let is_edge_on = abs(area) < 1e-37;
+    let scale = 1.0 / select(area, 1.0, is_edge_on);
+    let x = scale * vec2f(-ac.y, ab.y);
+    let y = scale * vec2f(ac.x, -ab.x);
+    let rough = a.x * x + a.y * y;
+    let left = a + rough.x * ab + rough.y * ac;
+    let share = rough + (left.x * x + left.y * y);
+    return select(max(share, vec2f(0.0)), vec2f(1.0 / 3.0), is_edge_on);
 }

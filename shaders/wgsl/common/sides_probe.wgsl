@@ -2,10 +2,10 @@
 //
 // With: common/sides.wgsl
 
-// a.x, a.y, b.x, b.y; and for `cs_parity` four points in two of these, for `cs_weights` three.
+// a.x, a.y, b.x, b.y; and for `cs_parity` four points in two of these, for `cs_shares` three.
 @group(0) @binding(0) var<storage, read> inputs: array<vec4f>;
 // The bits of a.x b.y and the side; for `cs_parity` how many faces are crossed, one by one
-// and all at once; for `cs_weights` the bits of the shares of the last two corners.
+// and all at once; for `cs_shares` the bits of the shares of the last two corners.
 @group(0) @binding(1) var<storage, read_write> answers: array<vec2u>;
 
 @compute @workgroup_size(64)
@@ -33,11 +33,10 @@ fn cs_parity(@builtin(global_invocation_id) id: vec3u) {
 }
 
 @compute @workgroup_size(64)
-fn cs_weights(@builtin(global_invocation_id) id: vec3u) {
+fn cs_shares(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= arrayLength(&answers) {
         return;
     }
     let ab = inputs[2u * id.x];
-    let w = weights(ab.xy, ab.zw, inputs[2u * id.x + 1u].xy);
-    answers[id.x] = bitcast<vec2u>(w.yz / (w.x + w.y + w.z));
+    answers[id.x] = bitcast<vec2u>(shares(ab.xy, ab.zw - ab.xy, inputs[2u * id.x + 1u].xy - ab.xy));
 }

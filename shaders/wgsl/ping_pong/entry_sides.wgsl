@@ -53,7 +53,7 @@ fn fs_entry(in: Entering) -> Entered {
     let turn = -outward(shear);
     let crossed = crossing(a.xy, b.xy, c.xy) == turn;
     let at = crossing_point(a, b, c);
-    let lambda = at.x * shear.depth;
+    let lambda = t_of(at.x, shear);
     let depth = depth_of(lambda);
     let layer = textureLoad(before, vec2i(in.position.xy), 0);
     let last = depth_of(layer.z);

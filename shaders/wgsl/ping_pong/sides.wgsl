@@ -30,7 +30,7 @@ fn corners_of(cell: vec2i, shear: Shear) -> Corners {
 // On which side a ray passes the edges of a face through which it goes out, seen in the
 // face's order, which is counterclockwise from outside.
 fn outward(shear: Shear) -> i32 {
-    return select(-1, 1, shear.depth > 0.0);
+    return select(-1, 1, shear.sign > 0.0);
 }
 
 // A face of a cell: 0 to 3, opposite that vertex, or none.
@@ -64,7 +64,8 @@ fn crossing_of(face: u32, v: Corners, shear: Shear) -> vec2f {
         b = v.v2;
         c = v.v1;
     }
-    return crossing_point(a, b, c) * vec2f(shear.depth, 1.0);
+    let at = crossing_point(a, b, c);
+    return vec2f(t_of(at.x, shear), at.y);
 }
 
 // The one face that the ray goes out through.

@@ -107,13 +107,7 @@ fn crossed_face(opposite: vec4<bool>, p0: vec4f, p1: vec4f, p2: vec4f, p3: vec4f
     );
 }
 
-// Depth and scalar where the ray crosses a face: means of its vertices', so between them,
-// but for the scalar's last bit: where it is constant in the face it must stay so.
+// Depth and scalar where the ray crosses a face.
 fn crossing_point(face: Face) -> vec2f {
-    let w = weights(face.a.xy, face.b.xy, face.c.xy);
-    let sum = w.x * face.a.zw + w.y * face.b.zw + w.z * face.c.zw;
-    let mean = sum * (1.0 / max(w.x + w.y + w.z, 1e-36));
-    let low = min(face.a.w, min(face.b.w, face.c.w));
-    let high = max(face.a.w, max(face.b.w, face.c.w));
-    return vec2f(mean.x, clamp(mean.y, low, high));
+    return mean_where_crossed(face.a, face.b, face.c);
 }

@@ -20,7 +20,7 @@ fn boundary_crossing(face: u32, shear: Shear) -> vec2f {
     let b = corner(ids.y, shear);
     let c = corner(ids.z, shear);
     let turn = crossing(a.xy, b.xy, c.xy);
-    let t = crossing_point(a, b, c).x * shear.depth;
+    let t = t_of(crossing_point(a, b, c).x, shear);
     // What depths cannot tell from 0 is 0 for all, and the faces decide.
     return vec2f(select(t, 0.0, abs(t) <= LEAST_DEPTH), f32(turn));
 }

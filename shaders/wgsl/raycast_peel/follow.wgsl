@@ -31,8 +31,8 @@ struct Path {
     turn: i32,    // on which side its edges pass
     cell: u32,
     next: u32,    // behind the cell
-    near: vec2f,  // t and scalar at the face
-    seen: f32,    // t never goes back, not even in an inverted cell
+    near: vec2f,  // z and scalar at the face
+    seen: f32,    // z never goes back, not even in an inverted cell
     visits: u32,  // cells passed
     piece: Piece, // in the cell before `next`, while some of it is left
     rest: Rest,
@@ -43,7 +43,7 @@ fn path_from(face: u32, turn: i32, shear: Shear) -> Path {
     let a = corner(ids.x, shear);
     let b = corner(ids.y, shear);
     let c = corner(ids.z, shear);
-    let near = crossing_point(a, b, c) * vec2f(shear.depth, 1.0);
+    let near = crossing_point(a, b, c);
     let piece = Piece(0.0, 0.0, 0.0, 0.0, vec2f(0.0));
     return Path(a, b, c, turn, ids.w, NO_FACE, near, near.x, 0u, piece, no_rest());
 }
@@ -94,8 +94,8 @@ fn follow(path: ptr<function, Path>, shear: Shear, line: Line, ray: ptr<function
             }
             let rank = u32(kept.x < left.id) + u32(kept.y < left.id) + u32(d.id < left.id);
             p.next = textureLoad(neighbors, at, 0)[rank];
-            let far = crossing_point(a, b, c) * vec2f(shear.depth, 1.0);
-            p.piece = piece_of(p.cell, p.near, far, p.seen, line);
+            let far = crossing_point(a, b, c);
+            p.piece = piece_of(p.cell, p.near, far, p.seen, shear.depth, line);
             if p.piece.length > 0.0 {
                 if MODEL == ISOSURFACES {
                     meet_surface(p.piece, array<Corner, 4>(a, b, c, left), shear, line, ray);

@@ -58,16 +58,16 @@ fn nothing_gathered() -> Gathered {
 // A ray, apart from its shear.
 struct Line {
     direction: vec3f,
-    begin: f32, // t of the eye, or of the clip planes
+    begin: f32, // z of the eye, or of the clip planes
     end: f32,
-    cue: vec2f, // the depth cue at t is x + t y
+    cue: vec2f, // the depth cue at z is x + z y
 }
 
 // A piece of the ray in one cell.
 struct Piece {
     front: f32,  // scalar
     back: f32,
-    begin: f32,  // t
+    begin: f32,  // z
     length: f32, // 0 where there is nothing to add
     cue: vec2f,  // at both ends
 }
@@ -85,9 +85,10 @@ fn no_rest() -> Rest {
     return Rest(false, 0.0, false, vec4f(0.0));
 }
 
-// The piece of the ray between `near` and `far`, each (t, scalar), that is not cut
-// away. An inverted cell goes back; what was seen is not seen again.
-fn piece_of(cell: u32, near: vec2f, far: vec2f, seen: f32, line: Line) -> Piece {
+// The piece of the ray between `near` and `far`, each (z, scalar), that is not cut
+// away; `depth` is its length per unit of z. An inverted cell goes back; what was seen is not
+// seen again.
+fn piece_of(cell: u32, near: vec2f, far: vec2f, seen: f32, depth: f32, line: Line) -> Piece {
     let begin = max(max(near.x, seen), line.begin);
     let end = min(far.x, line.end);
     var front = near.y;
@@ -110,7 +111,8 @@ fn piece_of(cell: u32, near: vec2f, far: vec2f, seen: f32, line: Line) -> Piece 
     if CUED {
         cue = saturate(line.cue.x + vec2f(begin, end) * line.cue.y);
     }
-    return Piece(front, back, begin, select(0.0, end - begin, shows && end > begin), cue);
+    let length = select(0.0, (end - begin) * depth, shows && end > begin);
+    return Piece(front, back, begin, length, cue);
 }
 
 // Ends the ray at the first isosurface in a piece, if there is one.
@@ -126,11 +128,12 @@ fn meet_surface(piece: Piece, cell: array<Corner, 4>, shear: Shear, line: Line, 
         vec4f(cell[3].xy, cell[3].z, cell[3].scalar),
     );
     // Corners are sheared: x' = x − slope z changes the derivative by z alone.
-    let gradient = unpermute(vec3f(g.xy, g.z - dot(shear.slope, g.xy)), shear.axis);
+    let g_z = shear.sign * (g.z - dot(shear.slope, g.xy));
+    let gradient = unpermute(vec3f(g.xy, g_z), shear.axis);
     let cue = mix(piece.cue.x, piece.cue.y, met.share);
     (*ray).light = cue * shade(met.surface, gradient, line.direction);
     (*ray).depth = SURFACE_DEPTH;
-    (*ray).surface_t = piece.begin + met.share * piece.length;
+    (*ray).surface_t = t_of(piece.begin, shear) + met.share * piece.length;
 }
 
 // Begins to add a piece that has a length: from the table at once, if there is one.

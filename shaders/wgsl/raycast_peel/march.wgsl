@@ -154,13 +154,14 @@ fn cast_ray(pixel: vec2u, place: u32) -> u32 {
     let pixel_ray = ray_of(pixel);
     let shear = shear_of(pixel_ray.anchor, pixel_ray.direction);
     let left = clip_ray(pixel_ray.anchor, pixel_ray.direction);
-    let cue_x = dot(look.cue.xyz, pixel_ray.anchor) + look.cue.w;
-    let cue = vec2f(cue_x, dot(look.cue.xyz, pixel_ray.direction));
+    let cue_y = dot(look.cue.xyz, pixel_ray.direction) * shear.depth;
+    let cue = vec2f(dot(look.cue.xyz, pixel_ray.anchor) + look.cue.w - cue_y * shear.anchor, cue_y);
     var end = left.y;
     if ENDS {
         end = min(end, end_of_ray(vec2i(pixel)) / dot(pixel_ray.direction, march.forward.xyz));
     }
-    let line = Line(pixel_ray.direction, max(pixel_ray.eye_t, left.x), end, cue);
+    let begin = max(pixel_ray.eye_t, left.x);
+    let line = Line(pixel_ray.direction, z_of(begin, shear), z_of(end, shear), cue);
     let tile = pixel.y / TILE * march.tiles_x + pixel.x / TILE;
     var t = new_trace(tile_faces[tile]);
     if RESUMES {
@@ -244,7 +245,7 @@ fn trace(t: ptr<function, Trace>, pixel: vec2u, tile: u32, shear: Shear, line: L
                 (*t).taken_t = crossed.x;
                 // Two programs may have decided about one ray in two ways.
                 (*t).lost |= u32(crossed.y == 0.0);
-                if crossed.y == 0.0 || crossed.x >= line.end {
+                if crossed.y == 0.0 || crossed.x >= t_of(line.end, shear) {
                     (*t).phase = DONE;
                     break;
                 }

@@ -9,16 +9,26 @@
 struct Corner {
     id: u32,
     xy: vec2f,     // across the ray, normalized units
-    z: f32,        // along the ray's main axis, from the anchor
+    z: f32,        // along the ray's main axis, growing along the ray; as exact as the vertex
     scalar: f32,
 }
 
 // The ray in the shape that `corner` needs.
 struct Shear {
-    anchor: vec3f,    // a point of the ray near the middle of the mesh
-    slope: vec2f,     // d.x / d.z and d.y / d.z after the axes are permuted
+    through: vec2f,   // where the ray passes z = 0
+    slope: vec2f,     // how it moves with z
     axis: u32,        // the axis along which |d| is greatest: it becomes z
+    sign: f32,        // -1 where z falls along that axis
     depth: f32,       // t per unit of z
+    anchor: f32,      // z where t is 0
+}
+
+fn z_of(t: f32, shear: Shear) -> f32 {
+    return t / shear.depth + shear.anchor;
+}
+
+fn t_of(z: f32, shear: Shear) -> f32 {
+    return (z - shear.anchor) * shear.depth;
 }
 
 fn shear_of(anchor: vec3f, direction: vec3f) -> Shear {
@@ -30,7 +40,11 @@ fn shear_of(anchor: vec3f, direction: vec3f) -> Shear {
         axis = 1u;
     }
     let d = permute(direction, axis);
-    return Shear(anchor, d.xy / d.z, axis, 1.0 / d.z);
+    let a = permute(anchor, axis);
+    let sign = select(1.0, -1.0, d.z < 0.0);
+    let slope = d.xy / abs(d.z);
+    let z = sign * a.z;
+    return Shear(a.xy - slope * z, slope, axis, sign, 1.0 / abs(d.z), z);
 }
 
 // Cyclic, so that handedness stays.
@@ -53,23 +67,21 @@ fn unpermute(p: vec3f, axis: u32) -> vec3f {
 // a ray meets it. `fma` may or may not be fused, but as one operation it is
 // rounded in one way throughout a shader.
 fn sheared(id: u32, position: vec3f, scalar: f32, shear: Shear) -> Corner {
-    let p = permute(position - shear.anchor, shear.axis);
-    return Corner(id, on_grid(fma(-shear.slope, p.zz, p.xy)), p.z, scalar);
+    let p = permute(position, shear.axis);
+    let z = shear.sign * p.z;
+    return Corner(id, on_grid(fma(-shear.slope, vec2f(z), p.xy - shear.through)), z, scalar);
 }
 
-// z and scalar where the ray crosses face abc. Convex weights: no sliver can
-// push either outside the range of its corners, and no rounding the scalar: a constant
-// stays one, on the step of a transfer function too. A corner without a scalar leaves the face
-// without one, however small its weight is.
+// z and scalar where the ray crosses face abc, the scalar between its corners'. A corner without
+// a scalar leaves the face without one, however small its share is.
 fn crossing_point(a: Corner, b: Corner, c: Corner) -> vec2f {
-    let w = weights(a.xy, b.xy, c.xy);
-    let sum = w.x + w.y + w.z;
-    let zs = w.x * vec2f(a.z, a.scalar) + w.y * vec2f(b.z, b.scalar) + w.z * vec2f(c.z, c.scalar);
-    // Where the face is seen edge on, its middle.
-    let middle = (vec2f(a.z, a.scalar) + vec2f(b.z, b.scalar) + vec2f(c.z, c.scalar)) / 3.0;
-    let at = select(middle, zs / sum, sum > 0.0);
+    let mean = mean_where_crossed(
+        vec4f(a.xy, a.z, a.scalar),
+        vec4f(b.xy, b.z, b.scalar),
+        vec4f(c.xy, c.z, c.scalar),
+    );
     let least = min(a.scalar, min(b.scalar, c.scalar));
     let greatest = max(a.scalar, max(b.scalar, c.scalar));
-    let scalar = clamp(at.y, least, greatest);
-    return vec2f(at.x, select(scalar, greatest, greatest >= TRANSPARENT_SCALAR));
+    let scalar = clamp(mean.y, least, greatest);
+    return vec2f(mean.x, select(scalar, greatest, greatest >= TRANSPARENT_SCALAR));
 }

@@ -6,7 +6,7 @@
 struct State {
     gathered: vec4f, // light and optical depth
     before: vec4f,
-    near: vec4f,     // t and scalar, `seen`, t of the surface
+    near: vec4f,     // z and scalar, `seen`, t of the surface
     ids: vec4u,      // of the face's corners, and the cell
     path: vec4u,     // phase; turn, `is_left` and `on_step`; next cell; visits
     piece: vec4f,    // front, back, begin, length
