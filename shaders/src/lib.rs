@@ -77,6 +77,7 @@ macro_rules! face_program {
             "projection/mesh.wgsl",
             "projection/faces.wgsl",
             $part,
+            "common/look.wgsl",
             "common/ends.wgsl",
             "common/optics_model.wgsl",
             "common/transfer_function.wgsl",

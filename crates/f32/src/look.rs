@@ -17,6 +17,27 @@ pub struct Look {
     surface_count: u32,
     light_count: u32,
     ambient: f32,
+    table_span: [f32; 4],
+    interval_count: u32,
+    unused: [u32; 3],
+}
+
+impl Look {
+    /// The same with what programs need to know of the transfer function's so many intervals and
+    /// of the table with these ends (`table_span` in `axes.wgsl`).
+    pub fn with_tables(self, interval_count: usize, table_span: [f32; 4]) -> Look {
+        Look {
+            table_span,
+            interval_count: interval_count as u32,
+            ..self
+        }
+    }
+}
+
+/// The ends of a table's axes as shaders have them: scalars from `low` to `high`, lengths up to
+/// `length`.
+pub fn table_span((low, high): (f32, f32), length: f32) -> [f32; 4] {
+    [low, high, 1.0 / (high - low).max(1e-30), length.max(1e-30)]
 }
 
 /// The isosurfaces of `appearance` in the order in which shaders have them: by value, so
@@ -74,6 +95,9 @@ pub fn look(
         surface_count,
         light_count: lights.len() as u32,
         ambient: appearance.lighting.ambient as f32,
+        table_span: table_span((0.0, 1.0), 1.0),
+        interval_count: 0,
+        unused: [0; 3],
     };
     (uniform, surfaces.chain(lit).collect())
 }
@@ -93,7 +117,9 @@ mod tests {
                 plane_count,
                 surface_count,
                 light_count,
-                ambient
+                ambient,
+                table_span,
+                interval_count
             }
         );
     }

@@ -1,9 +1,12 @@
 //! Which device draws: an adapter of this machine, or what the application has.
 
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use tetrascope_core::Error;
 use wgpu::Features;
+
+use crate::pipelines::Compiled;
 
 /// The environment variable that chooses an adapter by a part of its name.
 pub const ADAPTER_NAME_VARIABLE: &str = "WGPU_ADAPTER_NAME";
@@ -52,6 +55,9 @@ struct Shared {
     failure: Failure,
     /// Whether `sides.wgsl` has to compare integers, once that is known.
     integer_sides: OnceLock<bool>,
+    compiled: Mutex<Compiled>,
+    /// How many checks come before one that is refused for a test; none if negative.
+    checks_left: AtomicI64,
 }
 
 /// The first thing that went wrong outside of [`Gpu::checked`], in the driver's words.
@@ -131,6 +137,8 @@ impl Gpu {
                 queue,
                 failure,
                 integer_sides: OnceLock::new(),
+                compiled: Mutex::default(),
+                checks_left: AtomicI64::new(-1),
             }),
         }
     }
@@ -170,6 +178,19 @@ impl Gpu {
         &self.shared.integer_sides
     }
 
+    /// What was compiled on the device.
+    pub(crate) fn compiled(&self) -> &Mutex<Compiled> {
+        &self.shared.compiled
+    }
+
+    /// Lets so many calls of [`Gpu::checked`] pass and refuses the one after, once; `None` refuses
+    /// none. For tests of what a failure leaves behind.
+    #[doc(hidden)]
+    pub fn refuse_after(&self, checks: Option<u32>) {
+        let checks = checks.map_or(-1, i64::from);
+        self.shared.checks_left.store(checks, Ordering::SeqCst);
+    }
+
     /// The adapter in one line: name, type, backend and driver.
     pub fn describe(&self) -> String {
         describe(self.info())
@@ -180,6 +201,13 @@ impl Gpu {
     /// `what` and `bytes` name what is being made, for [`Error::OutOfMemory`].
     pub fn checked<T>(&self, what: &str, bytes: u64, work: impl FnOnce() -> T) -> Result<T, Error> {
         self.healthy()?;
+        let left = &self.shared.checks_left;
+        if left.load(Ordering::SeqCst) >= 0 && left.fetch_sub(1, Ordering::SeqCst) == 0 {
+            return Err(Error::OutOfMemory {
+                what: what.into(),
+                bytes,
+            });
+        }
         let scope = |filter| self.device().push_error_scope(filter);
         let memory = scope(wgpu::ErrorFilter::OutOfMemory);
         let internal = scope(wgpu::ErrorFilter::Internal);

@@ -20,7 +20,8 @@ use wgpu::{
 use crate::Gpu;
 use crate::draw::{Over, SceneDepth, Target};
 use crate::gather::blend;
-use crate::passes::{TEXELS, UNIFORM, group, layout, model_constant, module, pipeline_layout};
+use crate::passes::{TEXELS, UNIFORM, group, model_constant};
+use crate::pipelines::RenderProgram;
 
 /// The distance where there is no surface: farther away than any. Infinity is nothing to count
 /// on.
@@ -407,44 +408,25 @@ struct PassKind<'a> {
 
 impl Pass {
     fn new(gpu: &Gpu, kind: &PassKind) -> Result<Pass, Error> {
-        let label = kind.label;
-        gpu.checked(label, 0, || {
-            let layout = layout(gpu, label, ShaderStages::FRAGMENT, kind.types);
-            let module = module(gpu, label, kind.program);
-            let pipeline = gpu
-                .device()
-                .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                    label: Some(label),
-                    layout: Some(&pipeline_layout(gpu, label, &[&layout])),
-                    vertex: wgpu::VertexState {
-                        module: &module,
-                        entry_point: Some(kind.vertex),
-                        compilation_options: Default::default(),
-                        buffers: &[],
-                    },
-                    primitive: Default::default(),
-                    depth_stencil: kind.depth.map(|(format, nearer)| wgpu::DepthStencilState {
-                        format,
-                        depth_write_enabled: Some(true),
-                        depth_compare: Some(nearer),
-                        stencil: Default::default(),
-                        bias: Default::default(),
-                    }),
-                    multisample: Default::default(),
-                    fragment: Some(wgpu::FragmentState {
-                        module: &module,
-                        entry_point: Some(kind.fragment),
-                        compilation_options: wgpu::PipelineCompilationOptions {
-                            constants: kind.constants,
-                            ..Default::default()
-                        },
-                        targets: &[Some(kind.target.clone())],
-                    }),
-                    multiview_mask: None,
-                    cache: None,
-                });
-            Pass { layout, pipeline }
-        })
+        let layout = gpu.layout(kind.label, ShaderStages::FRAGMENT, kind.types)?;
+        let pipeline = gpu.render_pipeline(&RenderProgram {
+            label: kind.label,
+            source: kind.program,
+            vertex: kind.vertex,
+            fragment: Some(kind.fragment),
+            constants: kind.constants.to_vec(),
+            targets: vec![Some(kind.target.clone())],
+            groups: vec![layout.clone()],
+            depth: kind.depth.map(|(format, nearer)| wgpu::DepthStencilState {
+                format,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(nearer),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            ..Default::default()
+        })?;
+        Ok(Pass { layout, pipeline })
     }
 
     /// Draws with `resources` in group 0.

@@ -2,7 +2,7 @@
 //!
 //! Reading order: [`adapter`] finds a device and makes a [`Gpu`]; [`memory`]
 //! makes buffers and textures that are checked against its limits, and reads
-//! them back; [`passes`] makes pipelines and bind groups; [`transfer_function`] and
+//! them back; [`pipelines`] compiles programs and [`passes`] makes bind groups; [`transfer_function`] and
 //! [`preintegration`] take numbers of `tetrascope-f32` to the device; [`draw`] is the one way in
 //! which renderers record frames, and [`canvas`] what theirs share; [`timer`] measures a frame
 //! there; [`sort`] orders keys on it.
@@ -25,6 +25,7 @@ pub mod draw;
 pub mod gather;
 pub mod memory;
 pub mod passes;
+pub mod pipelines;
 pub mod preintegration;
 pub mod sides;
 pub mod sort;
@@ -39,6 +40,7 @@ pub use adapter::{Gpu, GpuOptions, adapters, describe};
 pub use canvas::{Canvas, Sums, SumsKind};
 pub use draw::{Commands, Draw, Outcome, Over, Recorded, SceneDepth, Target};
 pub use memory::read_back;
+pub use pipelines::{ComputeProgram, RenderProgram};
 pub use preintegration::Integration;
 pub use sort::RadixSort;
 pub use timer::Timer;

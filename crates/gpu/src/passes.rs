@@ -1,18 +1,19 @@
 //! Short forms of what every pass declares. Inside of [`Gpu::checked`], as wgpu may refuse.
 
 use tetrascope_core::{Appearance, OpticalModel};
-use wgpu::{BindingType, BufferBindingType, ShaderStages};
+use wgpu::{BindingType, BufferBindingType};
 
 use crate::Gpu;
+use crate::pipelines::Constant;
 
 /// The number of `model` in `optics_model.wgsl`.
-pub fn model_constant(model: OpticalModel) -> (&'static str, f64) {
+pub fn model_constant(model: OpticalModel) -> Constant {
     let index = OpticalModel::ALL.iter().position(|m| *m == model);
     ("MODEL", index.expect("ALL has every model") as f64)
 }
 
 /// The pipeline constants that compile only what `appearance` has.
-pub fn look_constants(appearance: &Appearance) -> [(&'static str, f64); 2] {
+pub fn look_constants(appearance: &Appearance) -> [Constant; 2] {
     let cued =
         appearance.depth_cue.is_some() && appearance.optical_model != OpticalModel::Absorption;
     let has = |yes: bool| f64::from(u8::from(yes));
@@ -22,27 +23,10 @@ pub fn look_constants(appearance: &Appearance) -> [(&'static str, f64); 2] {
     ]
 }
 
-/// A bind group's layout: one buffer, or other resource, for each of `types`.
-pub fn layout(
-    gpu: &Gpu,
-    label: &str,
-    visibility: ShaderStages,
-    types: &[BindingType],
-) -> wgpu::BindGroupLayout {
-    let entries: Vec<_> = (0..)
-        .zip(types)
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility,
-            ty: *ty,
-            count: None,
-        })
-        .collect();
-    gpu.device()
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some(label),
-            entries: &entries,
-        })
+/// The pipeline constant of `optics.wgsl`: whether a segment's optical depth, at most `deepest`,
+/// may exceed 1.
+pub fn deep(deepest: f32) -> Constant {
+    ("DEEP", f64::from(u8::from(deepest > 1.0)))
 }
 
 /// A bind group of whole buffers.
@@ -64,55 +48,6 @@ pub fn group(
         layout,
         entries: &entries,
     })
-}
-
-/// A pipeline's layout with these groups.
-pub fn pipeline_layout(
-    gpu: &Gpu,
-    label: &str,
-    groups: &[&wgpu::BindGroupLayout],
-) -> wgpu::PipelineLayout {
-    let groups: Vec<_> = groups.iter().map(|g| Some(*g)).collect();
-    gpu.device()
-        .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(label),
-            bind_group_layouts: &groups,
-            immediate_size: 0,
-        })
-}
-
-/// A compiled program.
-pub fn module(gpu: &Gpu, label: &str, source: &str) -> wgpu::ShaderModule {
-    gpu.device()
-        .create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(label),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        })
-}
-
-/// A compute pipeline of a program's entry point, or of its only one, with its constants set.
-/// Without `groups`, for what the program declares.
-pub fn compute_pipeline(
-    gpu: &Gpu,
-    label: &str,
-    module: &wgpu::ShaderModule,
-    entry_point: Option<&str>,
-    constants: &[(&str, f64)],
-    groups: &[&wgpu::BindGroupLayout],
-) -> wgpu::ComputePipeline {
-    let layout = (!groups.is_empty()).then(|| pipeline_layout(gpu, label, groups));
-    gpu.device()
-        .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(label),
-            layout: layout.as_ref(),
-            module,
-            entry_point,
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants,
-                ..Default::default()
-            },
-            cache: None,
-        })
 }
 
 const fn buffer(ty: BufferBindingType) -> BindingType {

@@ -36,11 +36,13 @@
 //! texture unit and 0.6 s by hand.
 
 use tetrascope_core::{Error, OpticalModel};
+use tetrascope_f32::look::table_span;
 use tetrascope_f32::{KnotPair, deepest};
 use wgpu::{BindingType, BufferUsages, TextureFormat, TextureUsages};
 
 use crate::Gpu;
-use crate::passes::{READ, compute_pipeline, group, layout, model_constant, module};
+use crate::passes::{READ, UNIFORM, deep, group, model_constant};
+use crate::pipelines::{ComputeProgram, Constant};
 
 /// How a ray's segment in a cell is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -238,14 +240,11 @@ struct Axes {
 
 impl Axes {
     /// The constants of `axes.wgsl`.
-    fn constants(&self) -> [(&'static str, f64); 6] {
+    fn constants(&self) -> [Constant; 3] {
         let (side, axes) = self.shape;
         [
             ("TABLE_AXES", axes.into()),
             ("TABLE_SIDE", side.max(2).into()),
-            ("TABLE_LOW", self.scalars.0.into()),
-            ("TABLE_HIGH", self.scalars.1.into()),
-            ("TABLE_LENGTH", f64::from(self.length).max(1e-30)),
             ("TABLE_IS_FIXED", f64::from(u8::from(self.fixed))),
         ]
     }
@@ -333,14 +332,19 @@ impl Table {
 
     /// The constants of `lookup.wgsl` for a volume whose scalars, in the unit of the
     /// intervals, go from `low` to `high`.
-    pub fn constants(&self, (low, high): (f32, f32)) -> [(&'static str, f64); 7] {
-        let [axes, side, from, to, length, fixed] = self.axes.constants();
+    pub fn constants(&self, (low, high): (f32, f32)) -> [Constant; 4] {
+        let [axes, side, fixed] = self.axes.constants();
         let left = low < self.axes.scalars.0 || high > self.axes.scalars.1;
         let left = (
             "TABLE_IS_LEFT",
             f64::from(u8::from(left && !self.axes.fixed)),
         );
-        [axes, side, from, to, length, fixed, left]
+        [axes, side, fixed, left]
+    }
+
+    /// What `table_span` of `axes.wgsl` gives.
+    pub fn span(&self) -> [f32; 4] {
+        table_span(self.axes.scalars, self.axes.length)
     }
 
     /// What shaders bind as [`TABLE`].
@@ -363,9 +367,13 @@ impl Table {
         }
     }
 
-    /// A bound of the optical depth of any entry.
-    fn deepest(&self) -> f64 {
-        deepest(&self.intervals, self.axes.scalars, self.axes.length).into()
+    /// Of all entries.
+    fn deep(&self) -> Constant {
+        deep(deepest(
+            &self.intervals,
+            self.axes.scalars,
+            self.axes.length,
+        ))
     }
 
     fn fill(&self, gpu: &Gpu) -> Result<(), Error> {
@@ -382,14 +390,24 @@ impl Table {
         };
         let intervals = gpu.upload(label, &self.intervals, BufferUsages::STORAGE)?;
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let stage = wgpu::ShaderStages::COMPUTE;
+        let layout = gpu.layout(label, stage, &[READ, storage, UNIFORM])?;
+        let mut constants = self.axes.constants().to_vec();
+        constants.extend([model_constant(self.model), self.deep()]);
+        let pipeline = gpu.compute_pipeline(&ComputeProgram {
+            label,
+            source,
+            constants,
+            groups: vec![layout.clone()],
+            ..Default::default()
+        })?;
+        let span = gpu.upload(label, &[self.span()], BufferUsages::UNIFORM)?;
         gpu.checked(label, 0, || {
-            let layout = layout(gpu, label, wgpu::ShaderStages::COMPUTE, &[READ, storage]);
-            let mut constants = self.axes.constants().to_vec();
-            constants.push(model_constant(self.model));
-            constants.push(("DEEPEST", self.deepest()));
-            let program = module(gpu, label, source);
-            let pipeline = compute_pipeline(gpu, label, &program, None, &constants, &[&layout]);
-            let resources = [intervals.as_entire_binding(), self.binding()];
+            let resources = [
+                intervals.as_entire_binding(),
+                self.binding(),
+                span.as_entire_binding(),
+            ];
             let group = group(gpu, label, &layout, &resources);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(label),

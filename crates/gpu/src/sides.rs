@@ -12,7 +12,8 @@ use wgpu::BufferUsages;
 
 use crate::Gpu;
 use crate::memory::{Source, read_back};
-use crate::passes::{READ, WRITE, compute_pipeline, group, layout, module};
+use crate::passes::{READ, WRITE, group};
+use crate::pipelines::ComputeProgram;
 
 /// The constant of `sides.wgsl` for a device: whether it has to compare integers.
 ///
@@ -74,7 +75,7 @@ fn decides_right(gpu: &Gpu, integers: bool) -> Result<bool, Error> {
 /// Runs an entry point of `sides_probe.wgsl`.
 fn probe(
     gpu: &Gpu,
-    entry: &str,
+    entry: &'static str,
     integers: bool,
     inputs: &[[f32; 4]],
     count: usize,
@@ -85,11 +86,15 @@ fn probe(
     let inputs = gpu.upload(label, inputs, BufferUsages::STORAGE)?;
     let answers = gpu.buffer(label, bytes, usage)?;
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    let layout = gpu.layout(label, wgpu::ShaderStages::COMPUTE, &[READ, WRITE])?;
+    let pipeline = gpu.compute_pipeline(&ComputeProgram {
+        label,
+        source: SIDES,
+        entry: Some(entry),
+        constants: vec![integer_sides(integers)],
+        groups: vec![layout.clone()],
+    })?;
     gpu.checked(label, 0, || {
-        let layout = layout(gpu, label, wgpu::ShaderStages::COMPUTE, &[READ, WRITE]);
-        let program = module(gpu, label, SIDES);
-        let constants = [integer_sides(integers)];
-        let pipeline = compute_pipeline(gpu, label, &program, Some(entry), &constants, &[&layout]);
         let resources = [inputs.as_entire_binding(), answers.as_entire_binding()];
         let group = group(gpu, label, &layout, &resources);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {

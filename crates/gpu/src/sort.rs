@@ -12,7 +12,8 @@ use tetrascope_shaders::sort::{COUNT, SCAN, SCATTER};
 use wgpu::BufferUsages;
 
 use crate::Gpu;
-use crate::passes::{READ, UNIFORM, WRITE, compute_pipeline, layout, module};
+use crate::passes::{READ, UNIFORM, WRITE};
+use crate::pipelines::ComputeProgram;
 
 /// Pairs that one workgroup moves; `BLOCK` in the shaders.
 const BLOCK: u32 = 4096;
@@ -55,18 +56,20 @@ impl RadixSort {
     /// Compiles the sort.
     pub fn new(gpu: &Gpu) -> Result<RadixSort, Error> {
         let types = [UNIFORM, READ, READ, WRITE, WRITE, WRITE];
-        gpu.checked("gpu::sort", 0, || {
-            let layout = layout(gpu, "gpu::sort", wgpu::ShaderStages::COMPUTE, &types);
-            let pipeline = |label, source: &str| {
-                let program = module(gpu, label, source);
-                compute_pipeline(gpu, label, &program, None, &[], &[&layout])
-            };
-            RadixSort {
-                count: pipeline("gpu::sort count", COUNT),
-                scan: pipeline("gpu::sort scan", SCAN),
-                scatter: pipeline("gpu::sort scatter", SCATTER),
-                layout,
-            }
+        let layout = gpu.layout("gpu::sort", wgpu::ShaderStages::COMPUTE, &types)?;
+        let pipeline = |label, source| {
+            gpu.compute_pipeline(&ComputeProgram {
+                label,
+                source,
+                groups: vec![layout.clone()],
+                ..Default::default()
+            })
+        };
+        Ok(RadixSort {
+            count: pipeline("gpu::sort count", COUNT)?,
+            scan: pipeline("gpu::sort scan", SCAN)?,
+            scatter: pipeline("gpu::sort scatter", SCATTER)?,
+            layout,
         })
     }
 

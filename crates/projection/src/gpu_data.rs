@@ -21,6 +21,8 @@ pub(crate) struct Frame {
     pub(crate) key_scale: f32,
     pub(crate) cell_count: u32,
     pub(crate) scalars_per_cell: u32,
+    pub(crate) scalar_range: [f32; 2],
+    pub(crate) unused: [u32; 2],
 }
 
 /// The mirror of `Cull` in `cull.wgsl`.
@@ -73,6 +75,7 @@ mod tests {
                     key_scale,
                     cell_count,
                     scalars_per_cell,
+                    scalar_range,
                 }
             );
         }

@@ -155,7 +155,7 @@ impl Projection {
             &plane,
             (view.width, view.height),
             scene.look.culled.items,
-            scene.field.per_cell,
+            &scene.field,
         );
         let (look, items) = look(
             &scene.appearance,
@@ -165,6 +165,11 @@ impl Projection {
             &scene.field.map,
             &plane.camera_from_normalized(),
         );
+        let span = match &scene.surfaces {
+            Some(surfaces) => surfaces.span(),
+            None => scene.look.table.span(),
+        };
+        let look = look.with_tables(scene.look.interval_count, span);
         let ends = self
             .canvas
             .ends(encoder, view, normalization, plane.anchor_depth, depth)?;

@@ -68,7 +68,7 @@ pub(crate) struct Look {
     pub(crate) intervals: wgpu::Texture,
     /// Constants of shaders for clip planes and depth cue.
     pub(crate) extras: [(&'static str, f64); 2],
-    pub(crate) interval_count: u32,
+    pub(crate) interval_count: usize,
     pub(crate) culled: Arc<Culled>,
     pub(crate) table: Table,
     pub(crate) listed: Listed,
@@ -248,7 +248,7 @@ impl Look {
             true => 1.0,
             false => deepest_of_cells,
         };
-        let interval_count = intervals.len() as u32;
+        let interval_count = intervals.len();
         let (width, height) = texels(intervals.len(), INTERVALS_PER_ROW);
         intervals.resize((width * height) as usize, Zeroable::zeroed());
         let texture = gpu.texture(

@@ -16,7 +16,7 @@ mod tiles;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, Volume};
 use tetrascope_f32::{ANY_SCALAR, Domain, ScalarMap, deepest};
-use tetrascope_gpu::passes::model_constant;
+use tetrascope_gpu::passes::{deep, model_constant};
 use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages};
@@ -91,7 +91,7 @@ impl Style {
         let deepest = deepest(&intervals, scalars, mesh.longest_edge);
         let mut constants = vec![
             model,
-            ("DEEPEST", deepest.into()),
+            deep(deepest),
             ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
             ("JUMPS", f64::from(u8::from(!mesh.source.is_continuous()))),
         ];

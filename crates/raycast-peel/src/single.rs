@@ -1,20 +1,24 @@
 //! Every ray to its end in one dispatch: what is uploaded when, and what a frame records.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Appearance, Error, FrameStats, OpticalModel, TetMesh, View, Volume};
 use tetrascope_f32::tiles::TILE;
 use tetrascope_f32::{Domain, KnotPair, Rays, ScalarMap, Tiles, deepest, mean_chord};
 use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
-use tetrascope_gpu::passes::{compute_pipeline, look_constants, model_constant, module};
+use tetrascope_gpu::passes::{deep, look_constants, model_constant};
+use tetrascope_gpu::pipelines::Constant;
 use tetrascope_gpu::preintegration::{self, Table};
 use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, ComputePipeline, TextureFormat, TextureUsages};
 use tetrascope_gpu::{
-    Canvas, Commands, Gpu, Integration, Outcome, Recorded, SumsKind, Target, read_back, sides,
+    Canvas, Commands, ComputeProgram, Gpu, Integration, Outcome, Recorded, SumsKind, Target,
+    read_back, sides,
 };
+
+use tetrascope_shaders::raycast_peel::MARCH;
 
 use crate::NAME;
 use crate::gpu_data::{Counters, March, Progress};
@@ -70,12 +74,10 @@ fn view_of(texture: &wgpu::Texture) -> wgpu::TextureView {
 #[derive(Debug)]
 struct Style {
     appearance: Appearance,
-    /// For frames that one dispatch draws, and for others; both once more for rays that end
-    /// before an application's geometry. Compiled when they are first needed.
-    pipelines: [OnceLock<wgpu::ComputePipeline>; 4],
-    constants: Vec<(&'static str, f64)>,
+    constants: Vec<Constant>,
     deepest: f32,
     intervals: wgpu::Texture,
+    interval_count: usize,
     table: Table,
 }
 
@@ -101,16 +103,16 @@ impl Style {
         };
         let table = table(gpu, appearance, &segments, options, last)?;
         let deepest = deepest(&intervals, segments.scalars, mesh.longest_edge);
-        let mut constants = constants(gpu, mesh, appearance, &intervals, options)?;
-        constants.push(("DEEPEST", deepest.into()));
+        let mut constants = constants(gpu, mesh, appearance, options)?;
+        constants.push(deep(deepest));
         constants.extend(table.constants(segments.scalars));
         constants.extend(Budget::new(appearance)?.constants());
         let style = Style {
             appearance: appearance.clone(),
-            pipelines: Default::default(),
             constants,
             deepest,
             table,
+            interval_count: intervals.len(),
             intervals: gpu.upload_texels(
                 "of the transfer function",
                 TextureFormat::Rgba32Float,
@@ -120,13 +122,6 @@ impl Style {
         style.pipeline(gpu, false, false)?;
         Ok(style)
     }
-}
-
-fn compiled(gpu: &Gpu, constants: &[(&str, f64)]) -> Result<wgpu::ComputePipeline, Error> {
-    gpu.checked(LABEL, 0, || {
-        let program = module(gpu, LABEL, tetrascope_shaders::raycast_peel::MARCH);
-        compute_pipeline(gpu, LABEL, &program, Some("cs_cast"), constants, &[])
-    })
 }
 
 /// What a table is to hold.
@@ -195,9 +190,8 @@ fn constants(
     gpu: &Gpu,
     mesh: &Mesh,
     appearance: &Appearance,
-    intervals: &[KnotPair],
     options: &RaycastOptions,
-) -> Result<Vec<(&'static str, f64)>, Error> {
+) -> Result<Vec<Constant>, Error> {
     let kind = Kind::of(&mesh.source);
     let layered = options.entries == Entries::PeeledLayers;
     let [clipped, cued] = look_constants(appearance);
@@ -206,7 +200,6 @@ fn constants(
         clipped,
         cued,
         model_constant(appearance.optical_model),
-        ("INTERVAL_COUNT", intervals.len() as f64),
         ("SCALARS_PER_CELL", f64::from(u8::from(kind == Kind::Cells))),
         ("CORNER_SCALARS", f64::from(u8::from(kind == Kind::Corners))),
         ("LAYERED", f64::from(u8::from(layered))),
@@ -225,11 +218,7 @@ impl Style {
 
     /// The pipeline, with `resumes` for rays that go on from dispatch to dispatch, and with
     /// `ends` for rays that end before an application's geometry.
-    fn pipeline(&self, gpu: &Gpu, resumes: bool, ends: bool) -> Result<&ComputePipeline, Error> {
-        let slot = &self.pipelines[usize::from(resumes) + 2 * usize::from(ends)];
-        if let Some(pipeline) = slot.get() {
-            return Ok(pipeline);
-        }
+    fn pipeline(&self, gpu: &Gpu, resumes: bool, ends: bool) -> Result<ComputePipeline, Error> {
         let mut constants = self.constants.clone();
         if resumes {
             constants.extend([("RESUMES", 1.0), ("TREES", 1.0)]);
@@ -237,8 +226,13 @@ impl Style {
         if ends {
             constants.push(("ENDS", 1.0));
         }
-        let made = compiled(gpu, &constants)?;
-        Ok(slot.get_or_init(|| made))
+        gpu.compute_pipeline(&ComputeProgram {
+            label: LABEL,
+            source: MARCH,
+            entry: Some("cs_cast"),
+            constants,
+            groups: Vec::new(),
+        })
     }
 }
 

@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
 use tetrascope_core::Error;
-use tetrascope_gpu::Gpu;
-use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, compute_pipeline, group, layout, module};
+use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, group};
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
+use tetrascope_gpu::{ComputeProgram, Gpu};
 use tetrascope_shaders::slicing::CULL;
 
 use crate::frustum::Frustum;
@@ -66,13 +66,22 @@ pub(crate) struct Cast<'a> {
 impl CullPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<CullPass, Error> {
         let types = [UNIFORM, READ, READ, READ, READ, WRITE, WRITE, WRITE];
-        gpu.checked(LABEL, 0, || {
-            let layout = layout(gpu, LABEL, ShaderStages::COMPUTE, &types);
-            let module = module(gpu, LABEL, CULL);
-            let pipelines = ["cs_count", "cs_scan", "cs_list"]
-                .map(|entry| compute_pipeline(gpu, LABEL, &module, Some(entry), &[], &[&layout]));
-            CullPass { layout, pipelines }
-        })
+        let layout = gpu.layout(LABEL, ShaderStages::COMPUTE, &types)?;
+        let pipeline = |entry| {
+            gpu.compute_pipeline(&ComputeProgram {
+                label: LABEL,
+                source: CULL,
+                entry: Some(entry),
+                groups: vec![layout.clone()],
+                ..Default::default()
+            })
+        };
+        let pipelines = [
+            pipeline("cs_count")?,
+            pipeline("cs_scan")?,
+            pipeline("cs_list")?,
+        ];
+        Ok(CullPass { layout, pipelines })
     }
 
     /// The pass for boxes of one level.

@@ -173,8 +173,8 @@ impl Slicing {
                 let (frame, slice) = ((&plan.frame, depth.is_some()), &scene.slice);
                 let (pass, counter) = (&self.pass, counter.as_ref());
                 let encoder = commands.encoder();
-                pass.record(gpu, encoder, frame, slice, boxes, index, sums, counter);
-            })?;
+                pass.record(gpu, encoder, frame, slice, boxes, index, sums, counter)
+            })??;
             plan.stats.passes += 1;
             first = end;
         }

@@ -1,16 +1,14 @@
 //! The pass that draws slabs (`box_plane.wgsl`, `slab.wgsl`, `slice.wgsl`, `surface.wgsl`).
 
 use std::ops::Range;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use tetrascope_core::{Appearance, Error, OpticalModel};
 use tetrascope_gpu::canvas::NOWHERE;
 use tetrascope_gpu::gather::{blend, gathered_format};
-use tetrascope_gpu::passes::{
-    READ, TEXELS, UNIFORM, group, layout, look_constants, model_constant, module, pipeline_layout,
-};
+use tetrascope_gpu::passes::{READ, TEXELS, UNIFORM, deep, group, look_constants, model_constant};
 use tetrascope_gpu::wgpu::{self, BindingType, BufferUsages, ShaderStages};
-use tetrascope_gpu::{Gpu, Sums};
+use tetrascope_gpu::{Gpu, RenderProgram, Sums};
 
 use crate::box_plane::{POLYGON, edges, sequence};
 use crate::count::FragmentCounter;
@@ -36,22 +34,8 @@ pub(crate) struct SlicePass {
 #[derive(Clone, Debug)]
 pub(crate) struct SliceData {
     volume_group: wgpu::BindGroup,
-    program: SliceProgram,
+    program: RenderProgram,
     pipeline: wgpu::RenderPipeline,
-    /// For rays that end before an application's geometry, compiled when it is first needed.
-    ending: Arc<OnceLock<wgpu::RenderPipeline>>,
-}
-
-/// What both pipelines have in common.
-#[derive(Clone, Debug)]
-struct SliceProgram {
-    module: wgpu::ShaderModule,
-    layout: wgpu::PipelineLayout,
-    slicer: Slicer,
-    by_sides: bool,
-    fragment: &'static str,
-    constants: Vec<(&'static str, f64)>,
-    targets: Vec<Option<wgpu::ColorTargetState>>,
 }
 
 /// What a frame is drawn with.
@@ -113,7 +97,7 @@ impl SlicePass {
         let tables = gpu.upload("slicing::tables", &tables, BufferUsages::UNIFORM)?;
         let stages = ShaderStages::VERTEX_FRAGMENT;
         let types = [UNIFORM, READ, UNIFORM, UNIFORM, READ, TEXELS];
-        let frame_layout = gpu.checked(LABEL, 0, || layout(gpu, LABEL, stages, &types))?;
+        let frame_layout = gpu.layout(LABEL, stages, &types)?;
         Ok(SlicePass {
             frame_layout,
             tables,
@@ -144,15 +128,13 @@ impl SlicePass {
             resources.push(wgpu::BindingResource::Sampler(sampler));
             types.push(BindingType::Sampler(wgpu::SamplerBindingType::Filtering));
         }
-        gpu.checked(LABEL, 0, || {
-            let volume_layout = layout(gpu, LABEL, ShaderStages::FRAGMENT, &types);
-            let program = self.program(gpu, &volume_layout, voxels, look, options);
-            SliceData {
-                volume_group: group(gpu, LABEL, &volume_layout, &resources),
-                pipeline: program.pipeline(gpu, false),
-                program,
-                ending: Arc::default(),
-            }
+        let volume_layout = gpu.layout(LABEL, ShaderStages::FRAGMENT, &types)?;
+        let program = self.program(gpu, &volume_layout, voxels, look, options);
+        Ok(SliceData {
+            volume_group: gpu
+                .checked(LABEL, 0, || group(gpu, LABEL, &volume_layout, &resources))?,
+            pipeline: gpu.render_pipeline(&program)?,
+            program,
         })
     }
 
@@ -163,7 +145,7 @@ impl SlicePass {
         voxels: &Voxels,
         look: &Look,
         options: &SlicingOptions,
-    ) -> SliceProgram {
+    ) -> RenderProgram {
         let model = look.appearance.optical_model;
         let yes = |condition: bool| f64::from(u8::from(condition));
         let phong = match options.shading {
@@ -181,7 +163,7 @@ impl SlicePass {
         ];
         let volume = [
             model_constant(model),
-            ("DEEPEST", f64::from(look.deepest)),
+            deep(look.deepest),
             ("SLABS", yes(options.integration == Integration::Slabs)),
             ("PER_RAY", yes(options.step_length == StepLength::PerRay)),
             ("PHONG", yes(options.shading != Shading::None)),
@@ -218,14 +200,25 @@ impl SlicePass {
         } else {
             ("fs_slice", &volume[..], vec![Some(sums)])
         };
-        SliceProgram {
-            module: module(gpu, LABEL, voxels.texels.program),
-            layout: pipeline_layout(gpu, LABEL, &[&self.frame_layout, volume_layout]),
-            slicer: options.slicer,
-            by_sides: options.plane_test == PlaneTest::Sides,
-            fragment,
+        let (vertex, vertex_constants, buffers) = match options.slicer {
+            Slicer::VertexProgram => {
+                let by_sides = yes(options.plane_test == PlaneTest::Sides);
+                ("vs_slice", vec![("BY_SIDES", by_sides)], vec![])
+            }
+            Slicer::Cpu => ("vs_polygon", vec![], vec![Some(CORNERS)]),
+        };
+        RenderProgram {
+            label: LABEL,
+            source: voxels.texels.program,
+            vertex,
+            vertex_constants,
+            buffers,
+            fragment: Some(fragment),
             constants: [&common, own].concat(),
             targets,
+            groups: vec![self.frame_layout.clone(), volume_layout.clone()],
+            // Both windings: a grid's axes may be left-handed.
+            ..Default::default()
         }
     }
 
@@ -282,9 +275,10 @@ impl SlicePass {
         index: u32,
         sums: &Sums,
         counter: Option<&FragmentCounter>,
-    ) {
+    ) -> Result<(), Error> {
+        let pipeline = data.pipeline(gpu, ends)?;
         let mut pass = begin(encoder, sums, index == 0);
-        pass.set_pipeline(data.pipeline(gpu, ends));
+        pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &frame.group, &[]);
         pass.set_bind_group(1, &data.volume_group, &[]);
         let draw = |pass: &mut wgpu::RenderPass| frame.shape.draw(pass, boxes);
@@ -292,67 +286,28 @@ impl SlicePass {
             Some(counter) => counter.count(&mut pass, index, draw),
             None => draw(&mut pass),
         }
-    }
-}
-
-impl SliceProgram {
-    /// With `ends` for rays that end before an application's geometry. Inside of
-    /// [`Gpu::checked`].
-    fn pipeline(&self, gpu: &Gpu, ends: bool) -> wgpu::RenderPipeline {
-        let yes = |condition: bool| f64::from(u8::from(condition));
-        let by_sides = [("BY_SIDES", yes(self.by_sides))];
-        let corner = wgpu::VertexBufferLayout {
-            array_stride: size_of::<Corner>() as u64,
-            step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Sint32, 2 => Uint32],
-        };
-        let (entry_point, constants_of_vertices, buffers): (_, &[_], &[_]) = match self.slicer {
-            Slicer::VertexProgram => ("vs_slice", &by_sides, &[]),
-            Slicer::Cpu => ("vs_polygon", &[], &[Some(corner)]),
-        };
-        let mut constants = self.constants.clone();
-        constants.push(("ENDS", yes(ends)));
-        let with = |constants| wgpu::PipelineCompilationOptions {
-            constants,
-            ..Default::default()
-        };
-        gpu.device()
-            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(LABEL),
-                layout: Some(&self.layout),
-                vertex: wgpu::VertexState {
-                    module: &self.module,
-                    entry_point: Some(entry_point),
-                    compilation_options: with(constants_of_vertices),
-                    buffers,
-                },
-                // Both windings: a grid's axes may be left-handed.
-                primitive: wgpu::PrimitiveState {
-                    cull_mode: None,
-                    ..Default::default()
-                },
-                depth_stencil: None,
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &self.module,
-                    entry_point: Some(self.fragment),
-                    compilation_options: with(&constants),
-                    targets: &self.targets,
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+        Ok(())
     }
 }
 
 impl SliceData {
-    fn pipeline(&self, gpu: &Gpu, ends: bool) -> &wgpu::RenderPipeline {
-        match ends {
-            false => &self.pipeline,
-            true => self.ending.get_or_init(|| self.program.pipeline(gpu, true)),
+    /// With `ends` for rays that end before an application's geometry.
+    fn pipeline(&self, gpu: &Gpu, ends: bool) -> Result<wgpu::RenderPipeline, Error> {
+        if !ends {
+            return Ok(self.pipeline.clone());
         }
+        let mut program = self.program.clone();
+        program.constants.push(("ENDS", 1.0));
+        gpu.render_pipeline(&program)
     }
 }
+
+/// The corners of polygons that the CPU has cut.
+const CORNERS: wgpu::VertexBufferLayout = wgpu::VertexBufferLayout {
+    array_stride: size_of::<Corner>() as u64,
+    step_mode: wgpu::VertexStepMode::Vertex,
+    attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Sint32, 2 => Uint32],
+};
 
 /// Begins a pass into `sums`, which is cleared first or kept.
 fn begin<'a>(

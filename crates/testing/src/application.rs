@@ -2,8 +2,8 @@
 
 use tetrascope_core::Error;
 use tetrascope_gpu::memory::{Source, read_back};
-use tetrascope_gpu::passes::{TEXELS, group, layout, module, pipeline_layout};
-use tetrascope_gpu::{Gpu, Over, SceneDepth, Target, wgpu};
+use tetrascope_gpu::passes::{TEXELS, group};
+use tetrascope_gpu::{Gpu, Over, RenderProgram, SceneDepth, Target, wgpu};
 use wgpu::{LoadOp, Operations, ShaderStages, StoreOp, Texture, TextureFormat, TextureUsages};
 
 /// What an application has drawn.
@@ -66,46 +66,37 @@ impl Application {
         };
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         gpu.checked("an application", 0, || {
-            application.record(gpu, &mut encoder, [&colors, &values]);
-        })?;
+            application.record(gpu, &mut encoder, [&colors, &values])
+        })??;
         gpu.finish(encoder)?;
         Ok(application)
     }
 
-    fn record(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, given: [&Texture; 2]) {
+    fn record(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        given: [&Texture; 2],
+    ) -> Result<(), Error> {
         let label = "an application";
-        let layout = layout(gpu, label, ShaderStages::FRAGMENT, &[TEXELS; 2]);
-        let module = module(gpu, label, DRAW);
+        let layout = gpu.layout(label, ShaderStages::FRAGMENT, &[TEXELS; 2])?;
         let has_stencil = self.depth.format().has_stencil_aspect();
-        let pipeline = gpu
-            .device()
-            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(label),
-                layout: Some(&pipeline_layout(gpu, label, &[&layout])),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("vs"),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: Default::default(),
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: self.depth.format(),
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Always),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some("fs"),
-                    compilation_options: Default::default(),
-                    targets: &[Some(self.color.format().into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            });
+        let pipeline = gpu.render_pipeline(&RenderProgram {
+            label,
+            source: DRAW,
+            vertex: "vs",
+            fragment: Some("fs"),
+            targets: vec![Some(self.color.format().into())],
+            groups: vec![layout.clone()],
+            depth: Some(wgpu::DepthStencilState {
+                format: self.depth.format(),
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Always),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            ..Default::default()
+        })?;
         let views = [given[0], given[1], &self.color, &self.depth]
             .map(|texture| texture.create_view(&Default::default()));
         let resources = [0, 1].map(|i| wgpu::BindingResource::TextureView(&views[i]));
@@ -136,6 +127,7 @@ impl Application {
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &group(gpu, label, &layout, &resources), &[]);
         pass.draw(0..3, 0..1);
+        Ok(())
     }
 
     /// A volume drawn over what is there and among it; `color` is a view of the application's.

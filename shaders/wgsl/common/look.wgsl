@@ -11,6 +11,9 @@ struct Look {
     surface_count: u32,
     light_count: u32,
     ambient: f32,
+    // Of the table that a program looks integrals, or surfaces, up in (`table_span`).
+    table_span: vec4f,
+    interval_count: u32, // of the transfer function
 }
 
 // Whether there are clip planes.

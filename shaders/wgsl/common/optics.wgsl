@@ -5,8 +5,8 @@
 // front and back times its length, m = (a + b)/2 its optical depth.
 // With: common/optics_model.wgsl, common/transfer_function.wgsl
 
-// A bound of m over all segments: what only deeper ones need is not compiled.
-override DEEPEST: f32 = 1e30;
+// Whether m may be above 1: else what only deeper segments need is not compiled.
+override DEEP: bool = true;
 
 // Light (linear RGB) in xyz and optical depth in w of a segment on which the scalar
 // goes linearly from `front` to `back` over `length` ≥ 0, normalized. In
@@ -89,7 +89,7 @@ const DENSEST: f32 = 1e18;
 //
 // In steps of optical depth 1, as `segment_weights` wants; almost all pieces are one.
 fn attenuated_light(sum: vec4f, start: vec4f, end: vec4f, ends: vec2f) -> vec3f {
-    if DEEPEST <= 1.0 {
+    if !DEEP {
         let w = segment_weights(ends.x, ends.y);
         return sum.xyz + transmittance(sum.w) * (w.x * start.xyz + w.y * end.xyz);
     }

@@ -15,6 +15,7 @@ struct Probe {
 // α of each, which `answers` cannot give: 1 − e^(−τ) cancels.
 @group(0) @binding(3) var<storage, read_write> opacities: array<f32>;
 @group(0) @binding(4) var table: texture_3d<f32>;
+@group(0) @binding(5) var<uniform> span: vec4f;
 
 fn interval(i: u32) -> Interval {
     return intervals[i];
@@ -22,6 +23,10 @@ fn interval(i: u32) -> Interval {
 
 fn interval_count() -> u32 {
     return arrayLength(&intervals);
+}
+
+fn table_span() -> vec4f {
+    return span;
 }
 
 @compute @workgroup_size(64)

@@ -15,6 +15,7 @@ struct Frame {
     bias: f32,         // by which a layer must be behind the one before, normalized
     stop_opacity: f32, // at which a ray is done
     starts_behind: u32, // 1 if rays by sides may come in behind the eye
+    table_span: vec4f, // preintegration/axes.wgsl
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -12,3 +12,7 @@ fn interval(i: u32) -> Interval {
 fn interval_count() -> u32 {
     return arrayLength(&intervals);
 }
+
+fn table_span() -> vec4f {
+    return frame.table_span;
+}

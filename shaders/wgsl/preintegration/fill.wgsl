@@ -5,6 +5,7 @@
 //       preintegration/put_color.wgsl and put_depth.wgsl
 
 @group(0) @binding(0) var<storage, read> intervals: array<Interval>;
+@group(0) @binding(2) var<uniform> span: vec4f; // `table_span`
 
 fn interval(i: u32) -> Interval {
     return intervals[i];
@@ -12,6 +13,10 @@ fn interval(i: u32) -> Interval {
 
 fn interval_count() -> u32 {
     return arrayLength(&intervals);
+}
+
+fn table_span() -> vec4f {
+    return span;
 }
 
 @compute @workgroup_size(8, 8, 1)
@@ -25,7 +30,7 @@ fn cs_fill(@builtin(global_invocation_id) at: vec3u) {
     // Of unit length: light, optical depth, or the greatest color.
     var length = 1.0;
     if has_opacities() {
-        length = select(TABLE_LENGTH * (f32(at.z) / last), TABLE_LENGTH, TABLE_IS_FIXED);
+        length = select(span.w * (f32(at.z) / last), span.w, TABLE_IS_FIXED);
     }
     var sum = integrate(front, back, length);
     if has_opacities() {
@@ -36,5 +41,5 @@ fn cs_fill(@builtin(global_invocation_id) at: vec3u) {
 
 // Exact at both ends.
 fn scalar_at(i: u32, last: f32) -> f32 {
-    return TABLE_LOW * ((last - f32(i)) / last) + TABLE_HIGH * (f32(i) / last);
+    return span.x * ((last - f32(i)) / last) + span.y * (f32(i) / last);
 }

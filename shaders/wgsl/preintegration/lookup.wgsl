@@ -2,7 +2,8 @@
 //
 // Weiler, Kraus, Ertl 2002, §5.1. The table ends with the transfer function's knots;
 // beyond them color and extinction are constant, and need none.
-// Needs: `var table: texture_3d<f32>` and what common/transfer_function.wgsl needs.
+// Needs: `var table: texture_3d<f32>`, and what preintegration/axes.wgsl and
+// common/transfer_function.wgsl need.
 // With: preintegration/axes.wgsl, common/optics_model.wgsl,
 //       common/transfer_function.wgsl, common/optics.wgsl
 
@@ -17,8 +18,9 @@ fn segment(front: f32, back: f32, length: f32) -> vec4f {
     if !TABLE_IS_LEFT {
         return inside(front, back, length);
     }
-    let from_scalar = clamp(front, TABLE_LOW, TABLE_HIGH);
-    let to_scalar = clamp(back, TABLE_LOW, TABLE_HIGH);
+    let span = table_span();
+    let from_scalar = clamp(front, span.x, span.y);
+    let to_scalar = clamp(back, span.x, span.y);
     // The shares of the segment before, in and behind the table's range.
     var shares = vec3f(abs(from_scalar - front), abs(to_scalar - from_scalar), abs(back - to_scalar));
     let whole = shares.x + shares.y + shares.z;
@@ -40,7 +42,7 @@ fn segment_opacity(segment: vec4f) -> f32 {
     if has_opacities() {
         return segment.w;
     }
-    if DEEPEST <= 1.0 {
+    if !DEEP {
         return thin_opacity(segment.w);
     }
     return opacity(segment.w);
@@ -56,13 +58,13 @@ fn segment_depth(segment: vec4f) -> f32 {
 
 // A segment in the table's range.
 fn inside(front: f32, back: f32, length: f32) -> vec4f {
-    let per_scalar = 1.0 / max(TABLE_HIGH - TABLE_LOW, 1e-30);
-    let scalars = (vec2f(front, back) - TABLE_LOW) * per_scalar;
+    let span = table_span();
+    let scalars = (vec2f(front, back) - span.x) * span.z;
     if TABLE_AXES == 2u {
         let sum = between(scalars);
         return select(length * sum, sum, MODEL == MAXIMUM_INTENSITY || TABLE_IS_FIXED);
     }
-    return between_lengths(vec3f(scalars, length / TABLE_LENGTH));
+    return between_lengths(vec3f(scalars, length / span.w));
 }
 
 // Interpolated by hand: texture units round the weights, mostly to 1/256 (see
@@ -96,7 +98,7 @@ fn beyond(scalar: f32, length: f32) -> vec4f {
         return vec4f(0.0);
     }
     var value = interval(0u).at_high;
-    if scalar > TABLE_HIGH {
+    if scalar > table_span().y {
         value = interval(interval_count() - 1u).at_low;
     }
     let depth = length * value.w;

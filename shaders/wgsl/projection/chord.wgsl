@@ -3,9 +3,7 @@
 // Weiler, Kraus, Ertl 2002, §3.2; which faces are crossed is decided by the sides on
 // which the ray passes the edges, see the crate docs.
 // With: projection/frame.wgsl, projection/footprint.wgsl, common/sides.wgsl,
-//       common/cue.wgsl, common/look.wgsl, common/ends.wgsl
-
-@group(0) @binding(1) var<uniform> look: Look;
+//       common/cue.wgsl, common/look.wgsl, common/ends.wgsl, projection/transfer.wgsl
 
 // The ray's part in a cell that is before the eye and not cut away; `length` is 0 where
 // there is none.

@@ -9,10 +9,6 @@
 // gradient, the upper halves of f32.
 @group(2) @binding(1) var<storage, read> shaped: array<u32>;
 
-// The field's range.
-override SCALAR_LOW: f32 = 0.0;
-override SCALAR_HIGH: f32 = 1.0;
-
 fn half_word(index: u32) -> u32 {
     return (shaped[index / 2u] >> (16u * (index % 2u))) & 0xffffu;
 }
@@ -36,6 +32,6 @@ fn face_vertex(cell: u32, corner: u32) -> FaceVertex {
         vec3f(signed(s + 2u), signed(s + 3u), signed(s + 4u)),
         float(s + 7u),
         vec3f(float(s + 8u), float(s + 9u), float(s + 10u)),
-        mix(SCALAR_LOW, SCALAR_HIGH, f32(half_word(s + 6u)) / 65535.0),
+        mix(frame.scalar_range.x, frame.scalar_range.y, f32(half_word(s + 6u)) / 65535.0),
     );
 }

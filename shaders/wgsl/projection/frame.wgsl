@@ -26,6 +26,7 @@ struct Frame {
     key_scale: f32,
     cell_count: u32, // cells that are drawn
     scalars_per_cell: u32, // 1 for cell data, 0 for point data
+    scalar_range: vec2f, // the field's
 }
 
 // Group 0 is the frame, group 1 the volume.

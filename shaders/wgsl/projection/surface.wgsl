@@ -9,10 +9,8 @@
 // With: projection/chord.wgsl and what it needs,
 //       common/sides.wgsl, common/surfaces.wgsl
 
-// Samples a side of the table, 0 without one, and the scalars at its ends.
+// Samples a side of the table, 0 without one.
 override SURFACE_TABLE: u32 = 0u;
-override SURFACE_LOW: f32 = 0.0;
-override SURFACE_HIGH: f32 = 1.0;
 
 @group(2) @binding(0) var<storage, read> look_items: array<vec4f>;
 // Which surface is seen first between two scalars, or surface_count.
@@ -71,7 +69,8 @@ fn crossing_between(front: f32, back: f32) -> Crossing {
     if SURFACE_TABLE == 0u {
         return nearest_crossing(front, back);
     }
-    let place = (vec2f(front, back) - SURFACE_LOW) / max(SURFACE_HIGH - SURFACE_LOW, 1e-30);
+    let span = table_span();
+    let place = (vec2f(front, back) - span.x) * span.z;
     let texel = vec2u(saturate(place) * f32(SURFACE_TABLE));
     let surface = textureLoad(seen, min(texel, vec2u(SURFACE_TABLE - 1u)), 0).x;
     if surface == look.surface_count {

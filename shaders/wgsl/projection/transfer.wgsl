@@ -4,14 +4,13 @@
 // Intervals are in a texture, three texels each, as software rasterizers read those
 // faster than buffers.
 
+@group(0) @binding(1) var<uniform> look: Look;
 @group(1) @binding(5) var intervals: texture_2d<f32>;
 // The first and the last interval of the transfer function that each cell's scalars are
 // in, 16 bits each.
 @group(1) @binding(6) var<storage, read> ranges: array<u32>;
 // One texel where `TABLE_AXES` is 0.
 @group(1) @binding(7) var table: texture_3d<f32>;
-
-override INTERVAL_COUNT: u32 = 1u;
 
 // Intervals a row of the texture, `volume::INTERVALS_PER_ROW`.
 const INTERVALS_PER_ROW: u32 = 256u;
@@ -29,5 +28,9 @@ fn interval(i: u32) -> Interval {
 }
 
 fn interval_count() -> u32 {
-    return INTERVAL_COUNT;
+    return look.interval_count;
+}
+
+fn table_span() -> vec4f {
+    return look.table_span;
 }

@@ -25,10 +25,12 @@ fn interval(i: u32) -> Interval {
     );
 }
 
-override INTERVAL_COUNT: u32 = 1u;
-
 fn interval_count() -> u32 {
-    return INTERVAL_COUNT;
+    return look.interval_count;
+}
+
+fn table_span() -> vec4f {
+    return look.table_span;
 }
 
 // The distance of a surface where there is none.

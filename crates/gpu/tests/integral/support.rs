@@ -8,7 +8,7 @@ use tetrascope_gpu::passes::model_constant;
 use tetrascope_gpu::preintegration::{self, Table};
 use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages};
-use tetrascope_gpu::{Gpu, Integration};
+use tetrascope_gpu::{ComputeProgram, Gpu, Integration};
 use tetrascope_shaders::common::PROBE;
 
 /// A segment, as `probe.wgsl` has it.
@@ -68,29 +68,24 @@ pub(crate) fn on_device(
         &answers,
         &opacities,
     ];
+    let uniform = wgpu::BufferUsages::UNIFORM;
+    let span = gpu.upload("span", &[table.span()], uniform);
+    let span = span.expect("it fits");
     // Beyond the knots on both sides, as some probes are.
     let mut constants = table.constants((-1.0, 2.0)).to_vec();
     constants.push(model_constant(model));
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    let pipeline = gpu.compute_pipeline(&ComputeProgram {
+        label: "probe",
+        source: PROBE,
+        constants,
+        ..Default::default()
+    });
+    let pipeline = pipeline.expect("the program is valid");
     let record = || {
         let device = gpu.device();
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("probe"),
-            source: wgpu::ShaderSource::Wgsl(PROBE.into()),
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("probe"),
-            layout: None,
-            module: &module,
-            entry_point: None,
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &constants,
-                ..Default::default()
-            },
-            cache: None,
-        });
         let mut resources = buffers.map(|b| b.as_entire_binding()).to_vec();
-        resources.push(table.binding());
+        resources.extend([table.binding(), span.as_entire_binding()]);
         let entries: Vec<_> = (0..)
             .zip(resources)
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })

@@ -1,16 +1,12 @@
 //! Pass 3: draw the cells (`cell.wgsl`).
 
-use std::sync::{Arc, OnceLock};
-
 use tetrascope_core::{Error, OpticalModel};
 use tetrascope_gpu::gather::{blend, gathered_format};
-use tetrascope_gpu::passes::{
-    READ, TEXELS, UNIFORM, group, layout, model_constant, module, pipeline_layout,
-};
+use tetrascope_gpu::passes::{READ, TEXELS, UNIFORM, deep, group, model_constant};
 use tetrascope_gpu::preintegration::TABLE;
 use tetrascope_gpu::wgpu::{self, BindingResource, BufferUsages, ShaderStages};
-use tetrascope_gpu::{Gpu, sides};
-use tetrascope_shaders::projection::CELL;
+use tetrascope_gpu::{Gpu, RenderProgram, sides};
+use tetrascope_shaders::projection::{CELL, FILL, SURFACE};
 
 use super::faces::FacePass;
 use super::lists::{self, ListPass};
@@ -27,10 +23,8 @@ const FOOTPRINT: [u16; 6] = [0, 1, 2, 0, 2, 3];
 /// What does not depend on the optical model.
 #[derive(Clone, Debug)]
 pub(crate) struct CellPass {
-    module: wgpu::ShaderModule,
     frame_layout: wgpu::BindGroupLayout,
     volume_layout: wgpu::BindGroupLayout,
-    pipeline_layout: wgpu::PipelineLayout,
     indices: wgpu::Buffer,
 }
 
@@ -71,81 +65,23 @@ pub(crate) enum Into<'a> {
 /// The pass for one volume and appearance.
 #[derive(Clone, Debug)]
 pub(crate) struct CellData {
-    program: CellProgram,
+    program: RenderProgram,
     pipeline: wgpu::RenderPipeline,
-    /// For rays that end before an application's geometry, compiled when it is first needed.
-    ending: Arc<OnceLock<wgpu::RenderPipeline>>,
     pub(crate) volume_group: wgpu::BindGroup,
     pub(crate) count: u32,
     /// Group 2, where faces are drawn in place of footprints.
     faces: Option<wgpu::BindGroup>,
 }
 
-/// What both pipelines have in common.
-#[derive(Clone, Debug)]
-struct CellProgram {
-    module: wgpu::ShaderModule,
-    layout: wgpu::PipelineLayout,
-    vertices: &'static str,
-    fragments: &'static str,
-    /// Of the vertex stage, and of the fragment stage.
-    constants: [Vec<(&'static str, f64)>; 2],
-    targets: Vec<Option<wgpu::ColorTargetState>>,
-    depth: Option<wgpu::DepthStencilState>,
-    cull_mode: Option<wgpu::Face>,
-}
-
-impl CellProgram {
+impl CellData {
     /// With `ends` for rays that end before an application's geometry.
     fn pipeline(&self, gpu: &Gpu, ends: bool) -> Result<wgpu::RenderPipeline, Error> {
-        let label = "projection::cell";
-        let [vertices, fragments] = &self.constants;
-        let mut fragments = fragments.clone();
-        fragments.push(("ENDS", ends.into()));
-        let with = |constants| wgpu::PipelineCompilationOptions {
-            constants,
-            ..Default::default()
-        };
-        gpu.checked(label, 0, || {
-            gpu.device()
-                .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                    label: Some(label),
-                    layout: Some(&self.layout),
-                    vertex: wgpu::VertexState {
-                        module: &self.module,
-                        entry_point: Some(self.vertices),
-                        compilation_options: with(vertices),
-                        buffers: &[],
-                    },
-                    primitive: wgpu::PrimitiveState {
-                        cull_mode: self.cull_mode,
-                        ..Default::default()
-                    },
-                    depth_stencil: self.depth.clone(),
-                    multisample: Default::default(),
-                    fragment: Some(wgpu::FragmentState {
-                        module: &self.module,
-                        entry_point: Some(self.fragments),
-                        compilation_options: with(&fragments),
-                        targets: &self.targets,
-                    }),
-                    multiview_mask: None,
-                    cache: None,
-                })
-        })
-    }
-}
-
-impl CellData {
-    fn pipeline(&self, gpu: &Gpu, ends: bool) -> Result<&wgpu::RenderPipeline, Error> {
         if !ends {
-            return Ok(&self.pipeline);
+            return Ok(self.pipeline.clone());
         }
-        if let Some(pipeline) = self.ending.get() {
-            return Ok(pipeline);
-        }
-        let made = self.program.pipeline(gpu, true)?;
-        Ok(self.ending.get_or_init(|| made))
+        let mut program = self.program.clone();
+        program.constants.push(("ENDS", 1.0));
+        gpu.render_pipeline(&program)
     }
 }
 
@@ -156,18 +92,12 @@ impl CellPass {
             .flat_map(|cell| FOOTPRINT.map(|corner| 4 * cell as u16 + corner))
             .collect();
         let indices = gpu.upload("projection::cell indices", &indices, BufferUsages::INDEX)?;
-        gpu.checked(label, 0, || {
-            let stages = ShaderStages::VERTEX_FRAGMENT;
-            let frame_layout = layout(gpu, label, stages, &[UNIFORM, UNIFORM, TEXELS]);
-            let types = [TEXELS, READ, READ, READ, READ, TEXELS, READ, TABLE];
-            let volume_layout = layout(gpu, label, stages, &types);
-            CellPass {
-                module: module(gpu, label, CELL),
-                pipeline_layout: pipeline_layout(gpu, label, &[&frame_layout, &volume_layout]),
-                frame_layout,
-                volume_layout,
-                indices,
-            }
+        let stages = ShaderStages::VERTEX_FRAGMENT;
+        let types = [TEXELS, READ, READ, READ, READ, TEXELS, READ, TABLE];
+        Ok(CellPass {
+            frame_layout: gpu.layout(label, stages, &[UNIFORM, UNIFORM, TEXELS])?,
+            volume_layout: gpu.layout(label, stages, &types)?,
+            indices,
         })
     }
 
@@ -180,86 +110,73 @@ impl CellPass {
         model: OpticalModel,
         into: Into,
     ) -> Result<CellData, Error> {
-        let mut constants = vec![
-            model_constant(model),
-            ("DEEPEST", f64::from(uploaded.look.deepest)),
-            ("INTERVAL_COUNT", uploaded.look.interval_count.into()),
-        ];
-        // The programs of faces do not know them.
+        let look = uploaded.look;
+        let range = uploaded.field.range;
+        let in_pieces = ("PIECES", look.culled.in_pieces.into());
+        let mut program = RenderProgram {
+            label: "projection::cell",
+            source: CELL,
+            vertex: "vs_cell",
+            vertex_constants: vec![
+                ("SCALARS_PER_CELL", uploaded.field.per_cell.into()),
+                in_pieces,
+            ],
+            fragment: Some("fs_cell"),
+            constants: vec![model_constant(model), in_pieces],
+            targets: vec![Some(wgpu::ColorTargetState {
+                format: gathered_format(gpu, model),
+                blend: Some(blend(model)),
+                write_mask: wgpu::ColorWrites::ALL,
+            })],
+            groups: self.layouts().map(Clone::clone).to_vec(),
+            ..Default::default()
+        };
+        program.constants.push(deep(look.deepest));
+        program.constants.extend(look.table.constants(range));
         if !matches!(into, Into::Faces(_)) {
-            constants.extend(uploaded.look.extras);
-            constants.push(sides::constant(gpu)?);
+            // The programs of faces do not know them.
+            let in_parts = ("PARTS", look.culled.in_parts.into());
+            program.constants.extend(look.extras);
+            program.constants.extend([in_parts, sides::constant(gpu)?]);
         }
-        let in_pieces = ("PIECES", uploaded.look.culled.in_pieces.into());
-        let in_parts = ("PARTS", uploaded.look.culled.in_parts.into());
-        constants.push(in_pieces);
-        if !matches!(into, Into::Faces(_)) {
-            constants.push(in_parts);
-        }
-        let mut per_vertex = vec![
-            ("SCALARS_PER_CELL", uploaded.field.per_cell.into()),
-            ("INTERVAL_COUNT", uploaded.look.interval_count.into()),
-            in_pieces,
-        ];
-        let (mut vertices, mut cull_mode) = ("vs_cell", None);
-        if let Into::Faces(pass) = into {
-            let (cells, most) = (uploaded.look.culled.items, u32::MAX / 12);
-            if cells > most {
-                return Err(Error::TooLarge {
-                    what: "the mesh".into(),
-                    needed: cells.into(),
-                    limit: most.into(),
-                    unit: "cells",
-                });
-            }
-            vertices = "vs_face";
-            cull_mode = Some(wgpu::Face::Back);
-            per_vertex.extend(pass.vertex_constants(uploaded.field.range));
-        }
-        constants.extend(uploaded.look.table.constants(uploaded.field.range));
-        let blended = [Some(wgpu::ColorTargetState {
-            format: gathered_format(gpu, model),
-            blend: Some(blend(model)),
-            write_mask: wgpu::ColorWrites::ALL,
-        })];
-        let untouched = [Some(lists::UNTOUCHED)];
-        let (module, layout, entry, targets, depth) = match into {
-            Into::Sum => {
-                let layout = &self.pipeline_layout;
-                (&self.module, layout, "fs_cell", &blended[..], None)
-            }
+        match into {
+            Into::Sum => {}
             Into::Lists(lists) => {
-                let (module, layout) = (lists.fill(), lists.layout());
-                (module, layout, "fs_fill", &untouched[..], None)
+                program.source = FILL;
+                program.fragment = Some("fs_fill");
+                program.groups = lists.groups().to_vec();
+                program.targets = vec![Some(lists::UNTOUCHED)];
             }
             Into::Nearest(pass, data) => {
-                constants = data.constants().to_vec();
-                constants.extend(uploaded.look.extras);
-                constants.push(sides::constant(gpu)?);
-                let targets = &surface::TARGETS[..];
-                let depth = Some(surface::hidden());
-                (&pass.module, &pass.layout, "fs_surface", targets, depth)
+                program.source = SURFACE;
+                program.fragment = Some("fs_surface");
+                program.groups = pass.groups.clone();
+                program.targets = surface::TARGETS.to_vec();
+                program.depth = Some(surface::hidden());
+                program.constants = [data.constants().to_vec(), look.extras.to_vec()].concat();
+                program.constants.push(sides::constant(gpu)?);
             }
             Into::Faces(pass) => {
-                constants.extend(pass.constants());
-                let targets = &blended[..];
-                (&pass.module, &pass.layout, "fs_face", targets, None)
+                let (cells, most) = (look.culled.items, u32::MAX / 12);
+                if cells > most {
+                    return Err(Error::TooLarge {
+                        what: "the mesh".into(),
+                        needed: cells.into(),
+                        limit: most.into(),
+                        unit: "cells",
+                    });
+                }
+                program.source = pass.source;
+                program.vertex = "vs_face";
+                program.fragment = Some("fs_face");
+                program.groups = pass.groups.clone();
+                program.cull_mode = Some(wgpu::Face::Back);
+                program.constants.extend(pass.constants());
             }
-        };
-        let program = CellProgram {
-            module: module.clone(),
-            layout: layout.clone(),
-            vertices,
-            fragments: entry,
-            constants: [per_vertex, constants],
-            targets: targets.to_vec(),
-            depth,
-            cull_mode,
-        };
+        }
         Ok(CellData {
-            pipeline: program.pipeline(gpu, false)?,
+            pipeline: gpu.render_pipeline(&program)?,
             program,
-            ending: Arc::default(),
             volume_group: self.volume_group(gpu, uploaded, drawn)?,
             count: uploaded.look.culled.items,
             faces: match into {
@@ -322,7 +239,7 @@ impl CellPass {
         data: &CellData,
     ) -> Result<(), Error> {
         self.bind(gpu, pass, frame, data);
-        pass.set_pipeline(data.pipeline(gpu, frame.ends.1)?);
+        pass.set_pipeline(&data.pipeline(gpu, frame.ends.1)?);
         if let Some(faces) = &data.faces {
             pass.set_bind_group(2, faces, &[]);
             pass.draw(0..12 * data.count, 0..1);

@@ -4,11 +4,10 @@
 use tetrascope_core::{Error, OpticalModel};
 use tetrascope_f32::KnotPair;
 use tetrascope_gpu::memory::Source;
-use tetrascope_gpu::passes::{
-    READ, UNIFORM, WRITE, compute_pipeline, group, layout, model_constant, module,
-};
+use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, group, model_constant};
+use tetrascope_gpu::pipelines::Constant;
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
-use tetrascope_gpu::{Gpu, read_back};
+use tetrascope_gpu::{ComputeProgram, Gpu, read_back};
 use tetrascope_shaders::projection::{COMPACT, JUDGE};
 
 use crate::gpu_data::Cull;
@@ -75,7 +74,7 @@ pub(crate) fn cull(gpu: &Gpu, judged: &Judged) -> Result<Culled, Error> {
     let sums = gpu.buffer(label, 16 * u64::from(blocks + 1), copied)?;
     let intervals = gpu.upload(label, judged.intervals, storage)?;
     let marks = gpu.upload(label, &marks, storage)?;
-    let pass = |source: &str, entry: &str, constants: &[(&str, f64)], buffers: &[_]| {
+    let pass = |source, entry, constants: &[Constant], buffers: &[_]| {
         let pass = Pass {
             source,
             entry,
@@ -174,9 +173,9 @@ fn marks(judged: &Judged) -> Vec<u32> {
 
 /// One of the passes.
 struct Pass<'a> {
-    source: &'a str,
-    entry: &'a str,
-    constants: &'a [(&'a str, f64)],
+    source: &'static str,
+    entry: &'static str,
+    constants: &'a [Constant],
 }
 
 impl Pass<'_> {
@@ -193,12 +192,16 @@ impl Pass<'_> {
             "cs_judge" => vec![READ, READ, READ, READ, WRITE, READ],
             _ => vec![WRITE, WRITE],
         });
+        let layout = gpu.layout(label, ShaderStages::COMPUTE, &types)?;
+        let pipeline = gpu.compute_pipeline(&ComputeProgram {
+            label,
+            source: self.source,
+            entry: Some(self.entry),
+            constants: self.constants.to_vec(),
+            groups: vec![layout.clone()],
+        })?;
         gpu.checked(label, 0, || {
             let mut encoder = gpu.device().create_command_encoder(&Default::default());
-            let layout = layout(gpu, label, ShaderStages::COMPUTE, &types);
-            let program = module(gpu, label, self.source);
-            let (entry, constants) = (Some(self.entry), self.constants);
-            let pipeline = compute_pipeline(gpu, label, &program, entry, constants, &[&layout]);
             let resources: Vec<_> = buffers.iter().map(|b| b.as_entire_binding()).collect();
             let group = group(gpu, label, &layout, &resources);
             {

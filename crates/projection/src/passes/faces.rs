@@ -3,7 +3,7 @@
 
 use tetrascope_core::Error;
 use tetrascope_gpu::Gpu;
-use tetrascope_gpu::passes::{READ, group, layout, module, pipeline_layout};
+use tetrascope_gpu::passes::{READ, group};
 use tetrascope_gpu::preintegration::TABLE;
 use tetrascope_gpu::wgpu::{self, BindingResource, ShaderStages, TextureFormat, TextureUsages};
 use tetrascope_shaders::projection::{FACES_FLOATS, FACES_SHARED, FACES_SHORTS};
@@ -15,14 +15,13 @@ use crate::volume::{Field, Geometry};
 /// What does not depend on the volume.
 #[derive(Clone, Debug)]
 pub(crate) struct FacePass {
-    pub(crate) module: wgpu::ShaderModule,
-    pub(crate) layout: wgpu::PipelineLayout,
+    pub(crate) source: &'static str,
+    pub(crate) groups: Vec<wgpu::BindGroupLayout>,
     group_layout: wgpu::BindGroupLayout,
     /// The minimum of three numbers; one texel where they are compared.
     minimum: wgpu::Texture,
     /// Its samples a side, 0 where they are compared.
     side: u32,
-    shorts: bool,
 }
 
 impl FacePass {
@@ -42,18 +41,15 @@ impl FacePass {
             _ => 0,
         };
         let minimum = minimum_texture(gpu, side)?;
-        gpu.checked(label, 0, || {
-            let stages = ShaderStages::VERTEX_FRAGMENT;
-            let group_layout = layout(gpu, label, stages, &[READ, READ, TABLE]);
-            let [frame, volume] = cells.layouts();
-            FacePass {
-                module: module(gpu, label, source),
-                layout: pipeline_layout(gpu, label, &[frame, volume, &group_layout]),
-                group_layout,
-                minimum,
-                side,
-                shorts: options.cell_layout == CellLayout::TwelveShorts,
-            }
+        let stages = ShaderStages::VERTEX_FRAGMENT;
+        let group_layout = gpu.layout(label, stages, &[READ, READ, TABLE])?;
+        let [frame, volume] = cells.layouts();
+        Ok(FacePass {
+            source,
+            groups: vec![frame.clone(), volume.clone(), group_layout.clone()],
+            group_layout,
+            minimum,
+            side,
         })
     }
 
@@ -78,14 +74,6 @@ impl FacePass {
         gpu.checked(label, 0, || {
             group(gpu, label, &self.group_layout, &resources)
         })
-    }
-
-    /// Of the vertex stage; `range` is that of the field.
-    pub(crate) fn vertex_constants(&self, (low, high): (f32, f32)) -> Vec<(&'static str, f64)> {
-        match self.shorts {
-            true => vec![("SCALAR_LOW", low.into()), ("SCALAR_HIGH", high.into())],
-            false => Vec::new(),
-        }
     }
 
     /// Of the fragment stage.

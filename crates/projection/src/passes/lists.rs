@@ -4,12 +4,10 @@
 use std::sync::{Mutex, PoisonError};
 
 use tetrascope_core::{Error, OpticalModel};
-use tetrascope_gpu::Gpu;
-use tetrascope_gpu::passes::{
-    UNIFORM, WRITE, group, layout, model_constant, module, pipeline_layout,
-};
+use tetrascope_gpu::passes::{UNIFORM, WRITE, group, model_constant};
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages, TextureFormat};
-use tetrascope_shaders::projection::{COMPOSITE, FILL};
+use tetrascope_gpu::{Gpu, RenderProgram};
+use tetrascope_shaders::projection::COMPOSITE;
 
 use super::cell::{CellData, CellPass, FrameData, begin};
 use crate::gpu_data;
@@ -42,9 +40,8 @@ const COUNTS: u64 = 2;
 /// The pipelines of the passes and the buffers of the last frame.
 #[derive(Debug)]
 pub(crate) struct ListPass {
-    fill: wgpu::ShaderModule,
     tile_layout: wgpu::BindGroupLayout,
-    layout: wgpu::PipelineLayout,
+    groups: Vec<wgpu::BindGroupLayout>,
     composite: wgpu::RenderPipeline,
     kept: Mutex<Option<Lists>>,
 }
@@ -61,62 +58,31 @@ struct Lists {
 impl ListPass {
     pub(crate) fn new(gpu: &Gpu, cells: &CellPass) -> Result<ListPass, Error> {
         let label = "projection::lists";
-        let constants = [model_constant(OpticalModel::EmissionAbsorption)];
-        gpu.checked(label, 0, || {
-            let tile_layout = layout(
-                gpu,
-                label,
-                ShaderStages::FRAGMENT,
-                &[UNIFORM, WRITE, WRITE, WRITE],
-            );
-            let [frame, volume] = cells.layouts();
-            let layout = pipeline_layout(gpu, label, &[frame, volume, &tile_layout]);
-            let module_of = |source| module(gpu, label, source);
-            let composite = module_of(COMPOSITE);
-            let composite = gpu
-                .device()
-                .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                    label: Some("projection::composite"),
-                    layout: Some(&layout),
-                    vertex: wgpu::VertexState {
-                        module: &composite,
-                        entry_point: Some("vs_composite"),
-                        compilation_options: Default::default(),
-                        buffers: &[],
-                    },
-                    primitive: Default::default(),
-                    depth_stencil: None,
-                    multisample: Default::default(),
-                    fragment: Some(wgpu::FragmentState {
-                        module: &composite,
-                        entry_point: Some("fs_composite"),
-                        compilation_options: wgpu::PipelineCompilationOptions {
-                            constants: &constants,
-                            ..Default::default()
-                        },
-                        targets: &[Some(FORMAT.into())],
-                    }),
-                    multiview_mask: None,
-                    cache: None,
-                });
-            ListPass {
-                fill: module_of(FILL),
-                tile_layout,
-                layout,
-                composite,
-                kept: Mutex::new(None),
-            }
+        let types = [UNIFORM, WRITE, WRITE, WRITE];
+        let tile_layout = gpu.layout(label, ShaderStages::FRAGMENT, &types)?;
+        let [frame, volume] = cells.layouts();
+        let groups = vec![frame.clone(), volume.clone(), tile_layout.clone()];
+        let composite = gpu.render_pipeline(&RenderProgram {
+            label: "projection::composite",
+            source: COMPOSITE,
+            vertex: "vs_composite",
+            fragment: Some("fs_composite"),
+            constants: vec![model_constant(OpticalModel::EmissionAbsorption)],
+            targets: vec![Some(FORMAT.into())],
+            groups: groups.clone(),
+            ..Default::default()
+        })?;
+        Ok(ListPass {
+            tile_layout,
+            groups,
+            composite,
+            kept: Mutex::new(None),
         })
     }
 
-    /// The module with `fs_fill`.
-    pub(crate) fn fill(&self) -> &wgpu::ShaderModule {
-        &self.fill
-    }
-
-    /// The layout of its pipelines.
-    pub(crate) fn layout(&self) -> &wgpu::PipelineLayout {
-        &self.layout
+    /// The layouts of groups 0 to 2.
+    pub(crate) fn groups(&self) -> &[wgpu::BindGroupLayout] {
+        &self.groups
     }
 
     /// How many fragments a tile may have, in `bytes` and on this device.

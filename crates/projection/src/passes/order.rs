@@ -1,12 +1,10 @@
 //! Pass 2: sort the cells by the distance of their centroids (`order.wgsl`).
 
 use tetrascope_core::Error;
-use tetrascope_gpu::passes::{
-    READ, TEXELS, UNIFORM, WRITE, compute_pipeline, group, layout, module,
-};
+use tetrascope_gpu::passes::{READ, TEXELS, UNIFORM, WRITE, group};
 use tetrascope_gpu::sort::SortedPairs;
 use tetrascope_gpu::wgpu::{self, BindingResource, ShaderStages};
-use tetrascope_gpu::{Gpu, RadixSort};
+use tetrascope_gpu::{ComputeProgram, Gpu, RadixSort};
 use tetrascope_shaders::projection::ORDER;
 
 use crate::frame::KEY_BITS;
@@ -38,21 +36,23 @@ impl OrderPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<OrderPass, Error> {
         let sort = RadixSort::new(gpu)?;
         let label = "projection::order";
-        gpu.checked(label, 0, || {
-            let stage = ShaderStages::COMPUTE;
-            let frame_layout = layout(gpu, label, stage, &[UNIFORM]);
-            let volume_layout = layout(gpu, label, stage, &[TEXELS, READ, READ, READ, READ]);
-            let pair_layout = layout(gpu, label, stage, &[WRITE, WRITE]);
-            let layouts = [&frame_layout, &volume_layout, &pair_layout];
-            let program = module(gpu, label, ORDER);
-            let pipeline = compute_pipeline(gpu, label, &program, None, &[], &layouts);
-            OrderPass {
-                sort,
-                pipeline,
-                frame_layout,
-                volume_layout,
-                pair_layout,
-            }
+        let stage = ShaderStages::COMPUTE;
+        let frame_layout = gpu.layout(label, stage, &[UNIFORM])?;
+        let volume_layout = gpu.layout(label, stage, &[TEXELS, READ, READ, READ, READ])?;
+        let pair_layout = gpu.layout(label, stage, &[WRITE, WRITE])?;
+        let layouts = [&frame_layout, &volume_layout, &pair_layout];
+        let pipeline = gpu.compute_pipeline(&ComputeProgram {
+            label,
+            source: ORDER,
+            groups: layouts.map(Clone::clone).to_vec(),
+            ..Default::default()
+        })?;
+        Ok(OrderPass {
+            sort,
+            pipeline,
+            frame_layout,
+            volume_layout,
+            pair_layout,
         })
     }
 

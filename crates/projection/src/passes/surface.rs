@@ -4,14 +4,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use tetrascope_core::{Appearance, Error};
 use tetrascope_f32::ScalarMap;
-use tetrascope_f32::look::surfaces;
+use tetrascope_f32::look::{surfaces, table_span};
 use tetrascope_gpu::canvas::NOWHERE;
-use tetrascope_gpu::passes::{READ, group, layout, module, pipeline_layout};
+use tetrascope_gpu::passes::{READ, group};
+use tetrascope_gpu::pipelines::Constant;
 use tetrascope_gpu::wgpu::{
     self, BindingResource, BufferUsages, ShaderStages, TextureFormat, TextureUsages,
 };
 use tetrascope_gpu::{Gpu, Sums};
-use tetrascope_shaders::projection::SURFACE;
 
 use super::cell::{CellData, CellPass, FrameData};
 use crate::options::SurfaceSearch;
@@ -47,8 +47,7 @@ pub(crate) fn hidden() -> wgpu::DepthStencilState {
 /// What does not depend on the appearance.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfacePass {
-    pub(crate) module: wgpu::ShaderModule,
-    pub(crate) layout: wgpu::PipelineLayout,
+    pub(crate) groups: Vec<wgpu::BindGroupLayout>,
     look_layout: wgpu::BindGroupLayout,
     /// The depths of the nearest, of the last frame for the next.
     depths: Arc<Mutex<Option<wgpu::Texture>>>,
@@ -72,16 +71,12 @@ const NUMBERS: wgpu::BindingType = wgpu::BindingType::Texture {
 impl SurfacePass {
     pub(crate) fn new(gpu: &Gpu, cells: &CellPass) -> Result<SurfacePass, Error> {
         let label = "projection::surface";
-        gpu.checked(label, 0, || {
-            let types = [READ, NUMBERS];
-            let look_layout = layout(gpu, label, ShaderStages::FRAGMENT, &types);
-            let [frame, volume] = cells.layouts();
-            SurfacePass {
-                module: module(gpu, label, SURFACE),
-                layout: pipeline_layout(gpu, label, &[frame, volume, &look_layout]),
-                look_layout,
-                depths: Arc::default(),
-            }
+        let look_layout = gpu.layout(label, ShaderStages::FRAGMENT, &[READ, NUMBERS])?;
+        let [frame, volume] = cells.layouts();
+        Ok(SurfacePass {
+            groups: vec![frame.clone(), volume.clone(), look_layout.clone()],
+            look_layout,
+            depths: Arc::default(),
         })
     }
 
@@ -208,12 +203,13 @@ impl SurfaceData {
     }
 
     /// The constants of `surface.wgsl`.
-    pub(crate) fn constants(&self) -> [(&'static str, f64); 3] {
-        [
-            ("SURFACE_TABLE", self.side.into()),
-            ("SURFACE_LOW", self.range.0.into()),
-            ("SURFACE_HIGH", self.range.1.into()),
-        ]
+    pub(crate) fn constants(&self) -> [Constant; 1] {
+        [("SURFACE_TABLE", self.side.into())]
+    }
+
+    /// The ends of the table.
+    pub(crate) fn span(&self) -> [f32; 4] {
+        table_span(self.range, 1.0)
     }
 }
 

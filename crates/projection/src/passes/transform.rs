@@ -1,11 +1,9 @@
 //! Pass 1: the vertices in camera space (`transform.wgsl`).
 
 use tetrascope_core::Error;
-use tetrascope_gpu::Gpu;
-use tetrascope_gpu::passes::{
-    READ, UNIFORM, compute_pipeline, group, layout, module, write_texels,
-};
+use tetrascope_gpu::passes::{READ, UNIFORM, group, write_texels};
 use tetrascope_gpu::wgpu::{self, BindingResource, ShaderStages};
+use tetrascope_gpu::{ComputeProgram, Gpu};
 use tetrascope_shaders::projection::TRANSFORM;
 
 use crate::volume::{Field, Geometry, TRANSFORMED_FORMAT};
@@ -31,19 +29,20 @@ pub(crate) struct TransformData {
 impl TransformPass {
     pub(crate) fn new(gpu: &Gpu) -> Result<TransformPass, Error> {
         let label = "projection::transform";
-        gpu.checked(label, 0, || {
-            let stage = ShaderStages::COMPUTE;
-            let frame_layout = layout(gpu, label, stage, &[UNIFORM]);
-            let written = write_texels(TRANSFORMED_FORMAT);
-            let mesh_layout = layout(gpu, label, stage, &[READ, READ, written]);
-            let layouts = [&frame_layout, &mesh_layout];
-            let program = module(gpu, label, TRANSFORM);
-            let pipeline = compute_pipeline(gpu, label, &program, None, &[], &layouts);
-            TransformPass {
-                pipeline,
-                frame_layout,
-                mesh_layout,
-            }
+        let stage = ShaderStages::COMPUTE;
+        let frame_layout = gpu.layout(label, stage, &[UNIFORM])?;
+        let written = write_texels(TRANSFORMED_FORMAT);
+        let mesh_layout = gpu.layout(label, stage, &[READ, READ, written])?;
+        let pipeline = gpu.compute_pipeline(&ComputeProgram {
+            label,
+            source: TRANSFORM,
+            groups: vec![frame_layout.clone(), mesh_layout.clone()],
+            ..Default::default()
+        })?;
+        Ok(TransformPass {
+            pipeline,
+            frame_layout,
+            mesh_layout,
         })
     }
 

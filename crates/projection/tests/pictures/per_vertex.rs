@@ -7,7 +7,7 @@ use tetrascope_core::{
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::memory::Source;
-use tetrascope_gpu::{Gpu, read_back, wgpu};
+use tetrascope_gpu::{Gpu, RenderProgram, read_back, wgpu};
 use tetrascope_projection::{CellLayout, ExitSearch, Order, Projection, ProjectionOptions};
 use tetrascope_testing as testing;
 
@@ -118,31 +118,16 @@ fn displacement(gpu: &Gpu) -> f64 {
         fn fs(in: Placed) -> @location(0) vec4f {
             return vec4f(abs(in.pixel - in.position.xy), 0.0, 1.0);
         }";
-    let module = tetrascope_gpu::passes::module(gpu, "probe", PROBE);
     let format = wgpu::TextureFormat::Rgba32Float;
-    let pipeline = gpu
-        .device()
-        .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("probe"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vs"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fs"),
-                compilation_options: Default::default(),
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+    let pipeline = gpu.render_pipeline(&RenderProgram {
+        label: "probe",
+        source: PROBE,
+        vertex: "vs",
+        fragment: Some("fs"),
+        targets: vec![Some(format.into())],
+        ..Default::default()
+    });
+    let pipeline = pipeline.expect("compiles");
     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
     let texture = gpu.texture("probe", (SIDE, SIDE), format, usage);
     let texture = texture.expect("it fits");

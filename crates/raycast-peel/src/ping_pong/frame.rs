@@ -172,6 +172,7 @@ impl PingPong {
             bias: self.options.peel_bias * extent.max(0.0),
             stop_opacity: self.options.stop_opacity,
             starts_behind: u32::from(!rays.is_point || self.may_be_inside(view)),
+            table_span: self.style.table.span(),
         }
     }
 

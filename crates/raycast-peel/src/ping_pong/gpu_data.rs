@@ -28,6 +28,8 @@ pub(super) struct Frame {
     pub(super) stop_opacity: f32,
     /// 1 if rays by sides may come in behind the eye.
     pub(super) starts_behind: u32,
+    /// Of the table of integrals.
+    pub(super) table_span: [f32; 4],
 }
 
 /// The most tiles of an image.
@@ -66,7 +68,8 @@ mod tests {
                 eye_depth,
                 bias,
                 stop_opacity,
-                starts_behind
+                starts_behind,
+                table_span
             }
         );
         // `padding` is at the end, where WGSL rounds the size up.

@@ -1,15 +1,14 @@
 //! The passes (the paper's section 4.2 and figure 7), one function for each phase.
 
 use tetrascope_core::Error;
-use tetrascope_gpu::Gpu;
-use tetrascope_gpu::passes::{
-    READ, UNIFORM, WRITE, compute_pipeline, layout, module, pipeline_layout,
-};
+use tetrascope_gpu::passes::{READ, UNIFORM, WRITE};
+use tetrascope_gpu::pipelines::Constant;
 use tetrascope_gpu::preintegration::TABLE;
 use tetrascope_gpu::wgpu::{
     self, BindGroup, BindGroupLayout, BindingType, Color, CompareFunction, LoadOp, Operations,
     RenderPipeline, ShaderStages, StoreOp, TextureFormat, TextureView,
 };
+use tetrascope_gpu::{ComputeProgram, Gpu, RenderProgram};
 use tetrascope_shaders::ping_pong::{ENTRY, ENTRY_SIDES, RETIRE, STEP, STEP_SIDES, TALLY};
 
 use super::mesh::{Boundary, BoundaryCorner, BoundaryFace};
@@ -40,7 +39,7 @@ pub(super) struct Passes {
     pub(super) integration_layout: BindGroupLayout,
     crossings: Crossings,
     /// Of `sides.wgsl`, where that decides.
-    sides: Option<(&'static str, f64)>,
+    sides: Option<Constant>,
     entry: RenderPipeline,
     /// Where rays cross by planes.
     inside: Option<RenderPipeline>,
@@ -55,59 +54,15 @@ pub(super) struct StyledPasses {
     step: RenderPipeline,
 }
 
-/// A render pipeline's parts that differ.
-struct Parts<'a> {
-    label: &'static str,
-    layout: &'a wgpu::PipelineLayout,
-    module: &'a wgpu::ShaderModule,
-    vertex: &'static str,
-    fragment: Option<&'static str>,
-    constants: &'a [(&'static str, f64)],
-    buffers: &'a [Option<wgpu::VertexBufferLayout<'static>>],
-    targets: usize,
-    /// Comparison, and whether depths are written.
-    depth: Option<(CompareFunction, bool)>,
-    cull_mode: Option<wgpu::Face>,
-}
-
-impl Parts<'_> {
-    fn pipeline(&self, gpu: &Gpu) -> RenderPipeline {
-        let targets = vec![Some(TEXELS.into()); self.targets];
-        gpu.device()
-            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(self.label),
-                layout: Some(self.layout),
-                vertex: wgpu::VertexState {
-                    module: self.module,
-                    entry_point: Some(self.vertex),
-                    compilation_options: Default::default(),
-                    buffers: self.buffers,
-                },
-                primitive: wgpu::PrimitiveState {
-                    cull_mode: self.cull_mode,
-                    ..Default::default()
-                },
-                depth_stencil: self.depth.map(|(compare, write)| wgpu::DepthStencilState {
-                    format: DEPTHS,
-                    depth_write_enabled: Some(write),
-                    depth_compare: Some(compare),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                fragment: self.fragment.map(|entry| wgpu::FragmentState {
-                    module: self.module,
-                    entry_point: Some(entry),
-                    compilation_options: wgpu::PipelineCompilationOptions {
-                        constants: self.constants,
-                        ..Default::default()
-                    },
-                    targets: &targets,
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-    }
+/// A depth test against `retired` or the nearest so far, and whether depths are written.
+fn depth(compare: CompareFunction, write: bool) -> Option<wgpu::DepthStencilState> {
+    Some(wgpu::DepthStencilState {
+        format: DEPTHS,
+        depth_write_enabled: Some(write),
+        depth_compare: Some(compare),
+        stencil: Default::default(),
+        bias: Default::default(),
+    })
 }
 
 impl Passes {
@@ -117,111 +72,102 @@ impl Passes {
             Crossings::Planes => None,
             Crossings::Sides => Some(sides_constant(gpu, options)?),
         };
-        gpu.checked("ping-pong", 0, || {
-            let all = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
-            let frame_layout = layout(gpu, "ping-pong::frame", all, &[UNIFORM]);
-            let fragment = ShaderStages::FRAGMENT;
-            let mesh_layout = layout(gpu, "ping-pong::mesh", fragment, &[TEXTURE; 3]);
-            let before_layout = layout(gpu, "ping-pong::before", fragment, &[TEXTURE]);
-            let traversal_layout = layout(gpu, "ping-pong::traversal", fragment, &[TEXTURE; 2]);
-            let compute = ShaderStages::COMPUTE;
-            let tally_layout = layout(
-                gpu,
-                "ping-pong::tally",
-                compute,
-                &[TEXTURE, TEXTURE, TEXTURE, WRITE],
-            );
-            let integration_layout =
-                layout(gpu, "ping-pong::integration", fragment, &[READ, TABLE]);
-            let with = |last: &BindGroupLayout| {
-                pipeline_layout(gpu, "ping-pong", &[&frame_layout, &mesh_layout, last])
-            };
-            let (entry_module, buffers, cull_mode) = match crossings {
-                Crossings::Planes => (
-                    ENTRY,
-                    &[Some(BoundaryCorner::LAYOUT)][..],
-                    Some(wgpu::Face::Back),
-                ),
-                Crossings::Sides => (
-                    ENTRY_SIDES,
-                    &[Some(RECTANGLES), Some(BoundaryFace::LAYOUT)][..],
-                    None,
-                ),
-            };
-            let entry_module = module(gpu, "ping-pong::entry", entry_module);
-            let retire_module = module(gpu, "ping-pong::retire", RETIRE);
-            let entry = Parts {
-                label: "ping-pong::entry",
-                layout: &with(&before_layout),
-                module: &entry_module,
-                vertex: "vs_entry",
-                fragment: Some("fs_entry"),
-                constants: sides.as_slice(),
-                buffers,
-                targets: 1,
-                depth: Some((CompareFunction::Greater, true)),
-                cull_mode,
-            };
-            let inside = Parts {
-                label: "ping-pong::inside",
-                vertex: "vs_inside",
-                fragment: Some("fs_inside"),
-                constants: &[],
-                buffers: &[],
-                depth: Some((CompareFunction::Always, false)),
-                cull_mode: None,
-                ..entry
-            };
-            let retire = Parts {
-                label: "ping-pong::retire",
-                layout: &with(&traversal_layout),
-                module: &retire_module,
-                vertex: "vs_retire",
-                fragment: Some("fs_retire"),
-                targets: 0,
-                depth: Some((CompareFunction::Always, true)),
-                ..inside
-            };
-            let query = Parts {
-                label: "ping-pong::query",
-                vertex: "vs_query",
-                fragment: None,
-                depth: Some((CompareFunction::Less, false)),
-                ..retire
-            };
-            let tally_pipelines = [&frame_layout, &mesh_layout, &tally_layout];
-            let label = "ping-pong::tally";
-            let program = module(gpu, label, TALLY);
-            let tally = compute_pipeline(gpu, label, &program, None, &[], &tally_pipelines);
-            Passes {
-                entry: entry.pipeline(gpu),
-                inside: (crossings == Crossings::Planes).then(|| inside.pipeline(gpu)),
-                crossings,
-                sides,
-                retire: retire.pipeline(gpu),
-                query: query.pipeline(gpu),
-                tally,
-                frame_layout,
-                mesh_layout,
-                before_layout,
-                traversal_layout,
-                tally_layout,
-                integration_layout,
-            }
+        let all = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
+        let (fragment, compute) = (ShaderStages::FRAGMENT, ShaderStages::COMPUTE);
+        let layout = |label, stages, types: &[BindingType]| gpu.layout(label, stages, types);
+        let frame_layout = layout("ping-pong::frame", all, &[UNIFORM])?;
+        let mesh_layout = layout("ping-pong::mesh", fragment, &[TEXTURE; 3])?;
+        let before_layout = layout("ping-pong::before", fragment, &[TEXTURE])?;
+        let traversal_layout = layout("ping-pong::traversal", fragment, &[TEXTURE; 2])?;
+        let counted = [TEXTURE, TEXTURE, TEXTURE, WRITE];
+        let tally_layout = layout("ping-pong::tally", compute, &counted)?;
+        let integration_layout = layout("ping-pong::integration", fragment, &[READ, TABLE])?;
+        let with = |last: &BindGroupLayout| {
+            let groups = [&frame_layout, &mesh_layout, last];
+            groups.map(Clone::clone).to_vec()
+        };
+        let (source, buffers, cull_mode) = match crossings {
+            Crossings::Planes => (
+                ENTRY,
+                vec![Some(BoundaryCorner::LAYOUT)],
+                Some(wgpu::Face::Back),
+            ),
+            Crossings::Sides => (
+                ENTRY_SIDES,
+                vec![Some(RECTANGLES), Some(BoundaryFace::LAYOUT)],
+                None,
+            ),
+        };
+        let entry = RenderProgram {
+            label: "ping-pong::entry",
+            source,
+            vertex: "vs_entry",
+            buffers,
+            fragment: Some("fs_entry"),
+            constants: sides.into_iter().collect(),
+            targets: vec![Some(TEXELS.into())],
+            groups: with(&before_layout),
+            depth: depth(CompareFunction::Greater, true),
+            cull_mode,
+            ..Default::default()
+        };
+        let inside = RenderProgram {
+            label: "ping-pong::inside",
+            source: ENTRY,
+            vertex: "vs_inside",
+            fragment: Some("fs_inside"),
+            targets: vec![Some(TEXELS.into())],
+            groups: with(&before_layout),
+            depth: depth(CompareFunction::Always, false),
+            ..Default::default()
+        };
+        let inside = (crossings == Crossings::Planes).then_some(inside);
+        let retire = RenderProgram {
+            label: "ping-pong::retire",
+            source: RETIRE,
+            vertex: "vs_retire",
+            fragment: Some("fs_retire"),
+            groups: with(&traversal_layout),
+            depth: depth(CompareFunction::Always, true),
+            ..Default::default()
+        };
+        let query = RenderProgram {
+            label: "ping-pong::query",
+            vertex: "vs_query",
+            fragment: None,
+            depth: depth(CompareFunction::Less, false),
+            ..retire.clone()
+        };
+        let tally = ComputeProgram {
+            label: "ping-pong::tally",
+            source: TALLY,
+            groups: with(&tally_layout),
+            ..Default::default()
+        };
+        Ok(Passes {
+            entry: gpu.render_pipeline(&entry)?,
+            inside: inside.map(|p| gpu.render_pipeline(&p)).transpose()?,
+            crossings,
+            sides,
+            retire: gpu.render_pipeline(&retire)?,
+            query: gpu.render_pipeline(&query)?,
+            tally: gpu.compute_pipeline(&tally)?,
+            frame_layout,
+            mesh_layout,
+            before_layout,
+            traversal_layout,
+            tally_layout,
+            integration_layout,
         })
     }
 
     /// The constants of a step's program that no appearance changes.
-    pub(super) fn constants(&self) -> Option<(&'static str, f64)> {
+    pub(super) fn constants(&self) -> Option<Constant> {
         self.sides
     }
 
     /// The passes that know the appearance, with the constants of their program.
-    pub(super) fn styled(
-        &self,
-        gpu: &Gpu,
-        step: &[(&'static str, f64)],
-    ) -> Result<StyledPasses, Error> {
+    pub(super) fn styled(&self, gpu: &Gpu, step: &[Constant]) -> Result<StyledPasses, Error> {
         let groups = [
             &self.frame_layout,
             &self.mesh_layout,
@@ -232,21 +178,19 @@ impl Passes {
             Crossings::Planes => STEP,
             Crossings::Sides => STEP_SIDES,
         };
-        gpu.checked("ping-pong::step", 0, || {
-            let step = Parts {
-                label: "ping-pong::step",
-                layout: &pipeline_layout(gpu, "ping-pong::step", &groups),
-                module: &module(gpu, "ping-pong::step", step_program),
-                vertex: "vs_step",
-                fragment: Some("fs_step"),
-                constants: step,
-                buffers: &[],
-                targets: 2,
-                depth: Some((CompareFunction::Less, false)),
-                cull_mode: None,
-            }
-            .pipeline(gpu);
-            StyledPasses { step }
+        let step = RenderProgram {
+            label: "ping-pong::step",
+            source: step_program,
+            vertex: "vs_step",
+            fragment: Some("fs_step"),
+            constants: step.to_vec(),
+            targets: vec![Some(TEXELS.into()); 2],
+            groups: groups.map(Clone::clone).to_vec(),
+            depth: depth(CompareFunction::Less, false),
+            ..Default::default()
+        };
+        Ok(StyledPasses {
+            step: gpu.render_pipeline(&step)?,
         })
     }
 

@@ -7,7 +7,8 @@
 
 use tetrascope_core::{Knot, TransferFunction, VolumeRenderer as _};
 use tetrascope_f32::look::look;
-use tetrascope_gpu::passes::{compute_pipeline, module};
+
+use tetrascope_gpu::ComputeProgram;
 use tetrascope_gpu::wgpu::BufferUsages;
 use tetrascope_testing as testing;
 
@@ -208,8 +209,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
     let normalization = &single.mesh.normalization;
     let intervals = knot_pairs(&appearance.transfer_function, map, normalization);
     let intervals = intervals.expect("few knots");
-    let mut constants =
-        constants(gpu, &single.mesh, &appearance, &intervals, &options).expect("constants");
+    let mut constants = constants(gpu, &single.mesh, &appearance, &options).expect("constants");
     constants.extend(Budget::new(&appearance).expect("few").constants());
     let points: Vec<Vec3> = source
         .points()
@@ -218,8 +218,14 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
         .collect();
 
     let device = gpu.device();
-    let program = module(gpu, "aim", tetrascope_shaders::raycast_peel::AIM);
-    let pipeline = compute_pipeline(gpu, "aim", &program, Some("cs_aim"), &constants, &[]);
+    let pipeline = gpu.compute_pipeline(&ComputeProgram {
+        label: "aim",
+        source: tetrascope_shaders::raycast_peel::AIM,
+        entry: Some("cs_aim"),
+        constants,
+        ..Default::default()
+    });
+    let pipeline = pipeline.expect("compiles");
     let group = |index: u32, resources: &[(u32, wgpu::BindingResource)]| {
         let entries: Vec<_> = resources
             .iter()

@@ -25,7 +25,7 @@ pub(super) struct Targets<'a> {
 /// What all dispatches of a frame share.
 pub(super) struct Cast<'a> {
     single: &'a Single,
-    pipeline: &'a wgpu::ComputePipeline,
+    pipeline: wgpu::ComputePipeline,
     groups: [BindGroup; 3],
     pub(super) counters: wgpu::Buffer,
     /// Of tiles.
@@ -91,6 +91,7 @@ impl<'a> Cast<'a> {
             &mesh.scalar_map,
             &DAffine3::IDENTITY,
         );
+        let look = look.with_tables(style.interval_count, style.table.span());
         let look = gpu.upload("raycast-peel::look", &[look], BufferUsages::UNIFORM)?;
         let items = gpu.upload("raycast-peel::look_items", &items, storage)?;
         let usage = storage | BufferUsages::COPY_SRC;
@@ -119,7 +120,7 @@ impl<'a> Cast<'a> {
             let mut index = 0..;
             let groups = groups.map(|resources| {
                 let index = index.next().expect("there is no last number");
-                group(single, pipeline, index, resources)
+                group(single, &pipeline, index, resources)
             });
             Cast {
                 single,
@@ -194,12 +195,12 @@ impl<'a> Cast<'a> {
     ) -> Result<(), Error> {
         self.single.gpu.checked(LABEL, 0, || {
             let resources = [progress.as_entire_binding(), states.as_entire_binding()];
-            let last = group(self.single, self.pipeline, 3, &resources);
+            let last = group(self.single, &self.pipeline, 3, &resources);
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(LABEL),
                 timestamp_writes: None,
             });
-            pass.set_pipeline(self.pipeline);
+            pass.set_pipeline(&self.pipeline);
             for (index, group) in (0..).zip(self.groups.iter().chain([&last])) {
                 pass.set_bind_group(index, group, &[]);
             }

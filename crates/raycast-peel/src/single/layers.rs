@@ -5,13 +5,12 @@ use tetrascope_core::{Error, View};
 use tetrascope_f32::Rays;
 use tetrascope_f32::tiles::rectangles;
 use tetrascope_gpu::memory::Source;
-use tetrascope_gpu::passes::module;
 use tetrascope_gpu::wgpu::TextureViewDimension::{self, D2, D2Array};
 use tetrascope_gpu::wgpu::{
     self, BindingResource, BufferUsages, Color, LoadOp, StoreOp, TextureFormat, TextureUsages,
     TextureView,
 };
-use tetrascope_gpu::{Gpu, read_back};
+use tetrascope_gpu::{Gpu, RenderProgram, read_back};
 use tetrascope_shaders::raycast_peel::PEEL;
 
 use super::Mesh;
@@ -81,39 +80,22 @@ pub(crate) fn none(gpu: &Gpu) -> Result<TextureView, Error> {
 
 impl Peeling {
     pub(crate) fn new(gpu: &Gpu, sides: (&'static str, f64)) -> Result<Peeling, Error> {
-        let pipeline = gpu.checked(LABEL, 0, || {
-            let module = module(gpu, LABEL, PEEL);
-            gpu.device()
-                .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                    label: Some(LABEL),
-                    layout: None,
-                    vertex: wgpu::VertexState {
-                        module: &module,
-                        entry_point: Some("vs_peel"),
-                        compilation_options: Default::default(),
-                        buffers: &[Some(RECTANGLES)],
-                    },
-                    primitive: Default::default(),
-                    depth_stencil: Some(wgpu::DepthStencilState {
-                        format: DEPTHS,
-                        depth_write_enabled: Some(true),
-                        depth_compare: Some(wgpu::CompareFunction::Greater),
-                        stencil: Default::default(),
-                        bias: Default::default(),
-                    }),
-                    multisample: Default::default(),
-                    fragment: Some(wgpu::FragmentState {
-                        module: &module,
-                        entry_point: Some("fs_peel"),
-                        compilation_options: wgpu::PipelineCompilationOptions {
-                            constants: &[sides],
-                            ..Default::default()
-                        },
-                        targets: &[Some(FACES.into())],
-                    }),
-                    multiview_mask: None,
-                    cache: None,
-                })
+        let pipeline = gpu.render_pipeline(&RenderProgram {
+            label: LABEL,
+            source: PEEL,
+            vertex: "vs_peel",
+            buffers: vec![Some(RECTANGLES)],
+            fragment: Some("fs_peel"),
+            constants: vec![sides],
+            targets: vec![Some(FACES.into())],
+            depth: Some(wgpu::DepthStencilState {
+                format: DEPTHS,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Greater),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            ..Default::default()
         })?;
         Ok(Peeling { pipeline })
     }

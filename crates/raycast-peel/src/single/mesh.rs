@@ -6,9 +6,9 @@ use tetrascope_core::glam::Vec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Error, TetMesh};
 use tetrascope_f32::{Domain, Layout, Locality, Normalization, ScalarMap, longest_edge};
-use tetrascope_gpu::Gpu;
-use tetrascope_gpu::passes::{TEXELS, compute_pipeline, group, layout, module, write_texels};
+use tetrascope_gpu::passes::{TEXELS, group, write_texels};
 use tetrascope_gpu::wgpu::{self, ShaderStages, TextureFormat, TextureUsages};
+use tetrascope_gpu::{ComputeProgram, Gpu};
 use tetrascope_shaders::raycast_peel::SCALARS;
 
 /// In place of a scalar that is not a number, as WGSL promises nothing for NaN.
@@ -193,11 +193,15 @@ fn merged(
     let views =
         [vertices, scalars, &merged].map(|texture| texture.create_view(&Default::default()));
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    let types = [TEXELS, TEXELS, write_texels(VERTEX)];
+    let bindings = gpu.layout(label, ShaderStages::COMPUTE, &types)?;
+    let pipeline = gpu.compute_pipeline(&ComputeProgram {
+        label,
+        source: SCALARS,
+        groups: vec![bindings.clone()],
+        ..Default::default()
+    })?;
     gpu.checked(label, 0, || {
-        let types = [TEXELS, TEXELS, write_texels(VERTEX)];
-        let bindings = layout(gpu, label, ShaderStages::COMPUTE, &types);
-        let program = module(gpu, label, SCALARS);
-        let pipeline = compute_pipeline(gpu, label, &program, None, &[], &[&bindings]);
         let resources = views.each_ref().map(wgpu::BindingResource::TextureView);
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipeline);
