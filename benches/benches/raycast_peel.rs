@@ -36,7 +36,7 @@ const BUDGET: Duration = Duration::from_secs(15);
 const ROUNDS: usize = 7;
 
 /// Who skips what is missing.
-const BENCH: &str = "raycast-peel";
+const BENCH: &str = tetrascope::raycast_peel::NAME;
 
 /// The device, or why there is none.
 fn gpu(context: &Context) -> Option<&Gpu> {

@@ -52,11 +52,11 @@ pub fn draw(
     appearance: &Appearance,
     view: &View,
 ) -> Option<Frame> {
-    if let Err(error) = (algorithm.supports)(volume, appearance, view) {
+    let settings = Settings::parse(algorithm, setting.split(',')).expect("the sweep is valid");
+    if let Err(error) = (algorithm.supports)(volume, appearance, view, &settings) {
         assert!(matches!(error, Error::Unsupported { .. }), "{error}");
         return None;
     }
-    let settings = Settings::parse(algorithm, setting.split(',')).expect("the sweep is valid");
     let renderer = (algorithm.build)(context(), volume, appearance, &settings);
     let frame = renderer.and_then(|renderer| renderer.render(view));
     Some(frame.unwrap_or_else(|error| panic!("{} {setting}: {error}", algorithm.name)))
@@ -70,8 +70,8 @@ pub fn promised(algorithm: &Algorithm, setting: &str) -> Promise {
 
 /// The ground truth's picture.
 pub fn truth(volume: &Volume, appearance: &Appearance, view: &View) -> Frame {
-    let reference = tetrascope::algorithm("reference").expect("compiled in");
-    draw(reference, "", volume, appearance, view).expect("the ground truth draws every mesh")
+    let truth = tetrascope::truth().expect("compiled in");
+    draw(truth, "", volume, appearance, view).expect("the ground truth draws every mesh")
 }
 
 /// What went wrong in a test of many pictures: it fails at its end, with all of them.

@@ -5,7 +5,7 @@
 
 use tetrascope::core::{Appearance, Frame, OpticalModel, Projection, View, Volume};
 use tetrascope::scene::{SceneFile, VolumeSource};
-use tetrascope::{Algorithm, datasets};
+use tetrascope::{Algorithm, datasets, projection};
 use tetrascope_testing::ImageError;
 use xtask::limits::ROUNDING;
 use xtask::testing::{Failures, algorithms, draw, truth};
@@ -72,7 +72,7 @@ impl Held {
 fn projection(test: &str) -> Option<&'static Algorithm> {
     algorithms(test)
         .into_iter()
-        .find(|a| a.name == "projection")
+        .find(|a| a.name == projection::NAME)
 }
 
 fn hold_to_the_bars(test: &str, side: u32, cells: Option<u64>) {

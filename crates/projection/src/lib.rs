@@ -143,6 +143,7 @@
 //! ```
 
 mod centroids;
+mod entry;
 mod faces;
 mod frame;
 mod gpu_data;
@@ -153,6 +154,7 @@ mod renderer;
 mod tiles;
 mod volume;
 
+pub use entry::ENTRY;
 pub use options::{
     CellLayout, ExitSearch, Integration, Order, ProjectionOptions, Sort, SurfaceSearch,
 };

@@ -1,12 +1,13 @@
 //! What can be chosen.
 
-use tetrascope_core::{Appearance, Error, OpticalModel};
+use tetrascope_core::{Appearance, Error, OpticalModel, Projection, Settings, View};
 use tetrascope_f32::Domain;
 use tetrascope_gpu::Gpu;
 pub use tetrascope_gpu::Integration;
+use tetrascope_gpu::transfer_function::check_knots;
 use tetrascope_gpu::wgpu::DeviceType;
 
-use crate::NAME;
+use crate::{ENTRY, NAME};
 
 /// How cells are drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,19 +35,10 @@ pub struct ProjectionOptions {
     pub domain: Option<Domain>,
 }
 
+/// The defaults of [`ENTRY`]'s settings.
 impl Default for ProjectionOptions {
     fn default() -> Self {
-        ProjectionOptions {
-            exit_search: ExitSearch::PerFragment,
-            cell_layout: CellLayout::SharedVertices,
-            integration: Integration::Exact,
-            order: Order::Auto,
-            sort: Sort::Auto,
-            fragment_bytes: 1 << 28,
-            minimum_side: 128,
-            surfaces: SurfaceSearch::Exact,
-            domain: None,
-        }
+        ProjectionOptions::from_settings(&Settings::defaults(&ENTRY))
     }
 }
 
@@ -137,13 +129,9 @@ impl ProjectionOptions {
     /// Refuses what cannot be had together, and numbers out of range.
     pub(crate) fn validate(&self, appearance: &Appearance) -> Result<(), Error> {
         let model = appearance.optical_model;
-        let unsupported = |what: &str, reason: &str| {
-            Err(Error::Unsupported {
-                renderer: NAME,
-                what: what.into(),
-                reason: reason.into(),
-            })
-        };
+        check_knots(&appearance.transfer_function)?;
+        self.integration.check(NAME, model, false)?;
+        self.surfaces.validate()?;
         let fades = appearance.depth_cue.is_some() && model != OpticalModel::Isosurfaces;
         if fades && self.integration != Integration::Exact {
             return unsupported(
@@ -188,6 +176,26 @@ impl ProjectionOptions {
             _ => Ok(()),
         }
     }
+
+    /// Refuses a view that is not drawn like this.
+    pub(crate) fn check_view(&self, view: &View) -> Result<(), Error> {
+        let perspective = matches!(view.camera.projection, Projection::Perspective { .. });
+        match perspective && self.exit_search != ExitSearch::PerFragment {
+            false => Ok(()),
+            true => unsupported(
+                "perspective cameras with ray parameters at vertices",
+                "they are linear over a face for parallel rays alone",
+            ),
+        }
+    }
+}
+
+fn unsupported(what: &str, reason: &str) -> Result<(), Error> {
+    Err(Error::Unsupported {
+        renderer: NAME,
+        what: what.into(),
+        reason: reason.into(),
+    })
 }
 
 impl SurfaceSearch {

@@ -4,8 +4,7 @@ mod scene;
 mod surfaces;
 
 use tetrascope_core::{
-    Appearance, Error, Frame, FrameStats, Projection as Spread, TetMesh, View, Volume,
-    VolumeRenderer,
+    Appearance, Error, Frame, FrameStats, TetMesh, View, Volume, VolumeRenderer,
 };
 use tetrascope_f32::look::look;
 use tetrascope_f32::{Domain, ImagePlane, ScalarMap};
@@ -19,6 +18,7 @@ use tetrascope_gpu::{
 
 use self::scene::{Parts, Scene, Sorter, Sorting};
 use self::surfaces::prepared;
+use crate::entry::check;
 use crate::frame::frame;
 use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellPass, FrameData, Uploaded};
@@ -56,9 +56,7 @@ impl Projection {
         appearance: &Appearance,
         options: &ProjectionOptions,
     ) -> Result<Projection, Error> {
-        ABILITIES.check(NAME, appearance, &volume.bounds())?;
-        options.validate(appearance)?;
-        let mesh = mesh_of(volume)?;
+        let mesh = check(volume, appearance, options)?;
         let transform_pass = TransformPass::new(gpu)?;
         let cell_pass = CellPass::new(gpu)?;
         let mut sorter = Sorter::default();
@@ -337,14 +335,7 @@ impl Draw for Projection {
         view: &View,
         target: &Target,
     ) -> Result<Recorded, Error> {
-        let perspective = matches!(view.camera.projection, Spread::Perspective { .. });
-        if perspective && self.face_pass.is_some() {
-            return Err(Error::Unsupported {
-                renderer: NAME,
-                what: "perspective cameras with ray parameters at vertices".into(),
-                reason: "they are linear over a face for parallel rays alone".into(),
-            });
-        }
+        self.options.check_view(view)?;
         let (gpu, scene) = (self.canvas.gpu(), &self.scene);
         let encoder = commands.encoder();
         let normalization = &scene.geometry.normalization;

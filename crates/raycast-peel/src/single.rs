@@ -35,7 +35,7 @@ mod cast;
 mod layers;
 mod mesh;
 
-use budget::Budget;
+pub(crate) use budget::Budget;
 use cast::{Cast, Size, Targets};
 use layers::{Layers, Peeling};
 use mesh::Kind;
@@ -154,13 +154,6 @@ pub(crate) fn table(
         OpticalModel::Isosurfaces => Integration::Exact,
         _ => options.integration,
     };
-    if integration != Integration::Exact && appearance.depth_cue.is_some() {
-        return Err(Error::Unsupported {
-            renderer: NAME,
-            what: "a depth cue with a table of integrals".into(),
-            reason: "the cue differs from place to place, the table does not".into(),
-        });
-    }
     let fixed = || preintegration::Fixed {
         length: (mean_chord(segments.mesh) / segments.scale) as f32,
         scalars: segments.scalars,
@@ -283,9 +276,9 @@ impl Single {
     }
 
     /// Bytes on the device between frames, the image not counted.
-    /// What is drawn, and its mesh.
-    pub(crate) fn scene(&self) -> (&Appearance, &TetMesh) {
-        (&self.style.appearance, &self.mesh.source)
+    /// How and what is drawn, and its mesh.
+    pub(crate) fn scene(&self) -> (&RaycastOptions, &Appearance, &TetMesh) {
+        (&self.options, &self.style.appearance, &self.mesh.source)
     }
 
     pub(crate) fn bytes_resident(&self) -> u64 {

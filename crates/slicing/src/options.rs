@@ -1,7 +1,9 @@
 //! What can be chosen.
 
-use tetrascope_core::{Error, OpticalModel};
+use tetrascope_core::{Error, OpticalModel, Settings};
 use tetrascope_f32::Domain;
+
+use crate::ENTRY;
 
 /// How a grid is sliced.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,26 +55,10 @@ pub const MIN_SLICES_PER_VOXEL: f64 = 0.5;
 /// The greatest [`SlicingOptions::slices_per_voxel`].
 pub const MAX_SLICES_PER_VOXEL: f64 = 64.0;
 
+/// The defaults of [`ENTRY`]'s settings.
 impl Default for SlicingOptions {
     fn default() -> Self {
-        SlicingOptions {
-            slices_per_voxel: 2.0,
-            integration: Integration::Slabs,
-            filtering: Filtering::Exact,
-            step_length: StepLength::PerRay,
-            slab_ends: SlabEnds::Clipped,
-            plane_test: PlaneTest::Sides,
-            slicer: Slicer::VertexProgram,
-            traversal: Traversal::Cpu,
-            level: Level::Auto,
-            shading: Shading::None,
-            crossing: Crossing::Cells,
-            gradient: Gradient::Auto,
-            domain: None,
-            storage: Storage::Auto,
-            brick_level: Level::Auto,
-            memory_budget: 1 << 30,
-        }
+        SlicingOptions::from_settings(&Settings::defaults(&ENTRY))
     }
 }
 
@@ -260,14 +246,19 @@ pub struct Phong {
     pub shininess: f64,
 }
 
+impl Phong {
+    /// Mostly the color, and a soft highlight.
+    pub const DEFAULT: Phong = Phong {
+        ambient: 0.3,
+        diffuse: 0.7,
+        specular: 0.2,
+        shininess: 20.0,
+    };
+}
+
 impl Default for Phong {
     fn default() -> Self {
-        Phong {
-            ambient: 0.3,
-            diffuse: 0.7,
-            specular: 0.2,
-            shininess: 20.0,
-        }
+        Phong::DEFAULT
     }
 }
 
@@ -358,6 +349,29 @@ impl Traversal {
     /// Every choice, with its name.
     pub const ALL: [(&'static str, Traversal); 2] =
         [("cpu", Traversal::Cpu), ("gpu", Traversal::Gpu)];
+}
+
+impl Level {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Level); 2 + MAX_LEVEL as usize] = [
+        ("auto", Level::Auto),
+        ("0", Level::Fixed(0)),
+        ("1", Level::Fixed(1)),
+        ("2", Level::Fixed(2)),
+        ("3", Level::Fixed(3)),
+        ("4", Level::Fixed(4)),
+        ("5", Level::Fixed(5)),
+        ("6", Level::Fixed(6)),
+        ("7", Level::Fixed(7)),
+    ];
+}
+
+impl Shading {
+    /// Every choice, with its name.
+    pub const ALL: [(&'static str, Shading); 2] = [
+        ("none", Shading::None),
+        ("phong", Shading::Phong(Phong::DEFAULT)),
+    ];
 }
 
 impl Crossing {

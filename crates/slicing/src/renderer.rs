@@ -25,9 +25,10 @@ use parts::Parts;
 use crate::ABILITIES;
 use crate::NAME;
 use crate::box_plane::POLYGON;
-use crate::cells::CellCorners;
+use crate::cells::between_samples;
 use crate::count::{self, FragmentCounter};
 use crate::cull::{Cast, CullData, CullPass, Culling};
+use crate::entry::check;
 use crate::frame::{FrameGeometry, geometry};
 use crate::gpu_data;
 use crate::octree::{Octree, Place, Visibility};
@@ -112,8 +113,7 @@ impl Slicing {
         appearance: &Appearance,
         options: &SlicingOptions,
     ) -> Result<Slicing, Error> {
-        ABILITIES.check(NAME, appearance, &source.lattice().bounds())?;
-        options.validate()?;
+        check(&*source, appearance, options)?;
         let pass = SlicePass::new(gpu)?;
         let reach = options.reach(appearance.optical_model);
         let volume = Arc::new(Samples::new(source, reach, options.domain)?);
@@ -417,7 +417,7 @@ impl Slicing {
 const FRAGMENTS_PER_POLYGON: f64 = 32.0;
 
 /// The grid of `volume`, or why there is none.
-fn source_of(volume: &Volume) -> Result<Arc<dyn BrickSource>, Error> {
+pub(crate) fn source_of(volume: &Volume) -> Result<Arc<dyn BrickSource>, Error> {
     match volume {
         Volume::Grid(grid) => Ok(Arc::new(grid.clone())),
         Volume::Stream(stream) => Ok(stream.source().clone()),
@@ -436,10 +436,7 @@ impl Samples {
         domain: Option<Domain>,
     ) -> Result<Samples, Error> {
         let fills_cells = source.lattice().interpolation == Interpolation::Nearest;
-        let source = match fills_cells {
-            true => Arc::new(CellCorners::new(source)),
-            false => source,
-        };
+        let source = between_samples(source);
         let lattice = source.lattice();
         let octree = Octree::build(&*source, reach)?;
         let [low, high] = octree.range(0, [0; 3]).map(f64::from);
