@@ -4,6 +4,7 @@
 //! At 512×512: `cargo test --release -p xtask --test projection -- --ignored --nocapture`.
 
 use tetrascope::core::{Appearance, Frame, OpticalModel, Projection, View, Volume};
+use tetrascope::projection::counters::VISIBILITY_CYCLES;
 use tetrascope::scene::{SceneFile, VolumeSource};
 use tetrascope::{Algorithm, datasets, projection};
 use tetrascope_testing::ImageError;
@@ -151,7 +152,7 @@ fn measured(
         model.name(),
         error.rmse,
         error.max,
-        frame.stats.visibility_cycles
+        frame.stats.get(VISIBILITY_CYCLES)
     );
     (error, singular, frame)
 }

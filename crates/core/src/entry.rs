@@ -1,6 +1,6 @@
 //! What an algorithm says about itself, without a device.
 
-use crate::{Appearance, Error, OpticalModel, Setting, Settings, View, Volume};
+use crate::{Appearance, Counter, Error, OpticalModel, Setting, Settings, View, Volume};
 
 /// An algorithm: one paper, one crate.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +24,8 @@ pub struct Entry {
     pub figures: Option<&'static str>,
     /// How near to the truth its picture is with these settings.
     pub promise: fn(&Settings) -> Promise,
+    /// All that its frames may count.
+    pub counters: &'static [Counter],
     /// Whether it draws this scene with these settings, as far as that can be said without a
     /// device; [`Error::Unsupported`] says why not.
     pub supports: fn(&Volume, &Appearance, &View, &Settings) -> Result<(), Error>,

@@ -41,7 +41,7 @@ pub use appearance::{
 pub use camera::{Camera, CameraFit, Projection, Ray};
 pub use entry::{Entry, Promise};
 pub use error::{Error, ErrorKind};
-pub use frame::{Frame, FrameStats};
+pub use frame::{Counter, Frame, FrameStats};
 pub use grid::Grid;
 pub use mesh::{Cells, Scalars, TetMesh};
 pub use renderer::VolumeRenderer;

@@ -217,6 +217,7 @@ mod tests {
         sweep: |_| &[""],
         sources: &[],
         figures: None,
+        counters: &[],
         promise: |_| Promise::Exact,
         supports: |_, _, _, _| Ok(()),
     };

@@ -117,6 +117,7 @@ pub const ENTRY: Entry = Entry {
         },
     ],
     figures: None,
+    counters: crate::counters::ALL,
     supports: |volume, appearance, view, settings| {
         let options = ProjectionOptions::from_settings(settings);
         check(volume, appearance, &options)?;

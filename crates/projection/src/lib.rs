@@ -143,6 +143,7 @@
 //! ```
 
 mod centroids;
+pub mod counters;
 mod entry;
 mod faces;
 mod frame;

@@ -18,6 +18,10 @@ use tetrascope_gpu::{
 
 use self::scene::{Parts, Scene, Sorter, Sorting};
 use self::surfaces::prepared;
+use crate::counters::{
+    BYTES_PER_VIEW, CELLS_DRAWN, CELLS_SKIPPED, CELLS_SORTED, FRAGMENTS_SORTED, LOST_RAYS,
+    VISIBILITY_CYCLES,
+};
 use crate::entry::check;
 use crate::frame::frame;
 use crate::options::{ExitSearch, Order, ProjectionOptions};
@@ -205,9 +209,9 @@ impl Projection {
         };
         let drawn = u64::from(look.culled.cells);
         let mut stats = FrameStats::default();
-        stats.cells_drawn = Some(drawn);
-        stats.cells_skipped = Some(geometry.mesh.cell_count() as u64 - drawn);
-        stats.cells_sorted = Some(if sorted { drawn } else { 0 });
+        stats.count(CELLS_DRAWN, drawn);
+        stats.count(CELLS_SKIPPED, geometry.mesh.cell_count() as u64 - drawn);
+        stats.count(CELLS_SORTED, if sorted { drawn } else { 0 });
         let surfaces = scene.surfaces.as_ref().map_or(0, SurfaceData::bytes);
         let faces = scene.field.faces.iter().flatten().map(wgpu::Buffer::size);
         let faces: u64 = faces.sum();
@@ -218,7 +222,7 @@ impl Projection {
         };
         stats.bytes_per_cell = Some(layout as f64 / geometry.mesh.cell_count().max(1) as f64);
         let per_view = order_bytes + texels(&geometry.transformed);
-        stats.bytes_per_view = Some(per_view);
+        stats.count(BYTES_PER_VIEW, per_view);
         stats.bytes_resident = per_view
             + surfaces
             + faces
@@ -345,7 +349,9 @@ impl Draw for Projection {
         let ordered = self.ordered(view);
         let in_lists = matches!(ordered.way, Ordered::InLists);
         let mut stats = self.stats(in_lists);
-        stats.visibility_cycles = ordered.cycles;
+        if let Some(cycles) = ordered.cycles {
+            stats.count(VISIBILITY_CYCLES, cycles);
+        }
         stats.order_proven = ordered.proven;
         stats.notes.extend(ordered.note);
         let sums = self.canvas.sums(
@@ -472,8 +478,8 @@ impl Projection {
 /// Adds what lists of fragments counted; `most` is how many each tile had room for.
 fn count(stats: &mut FrameStats, counts: ReadBack, most: &[u64]) -> Result<Outcome, Error> {
     let (fragments, given_up) = total(counts.read()?, most)?;
-    stats.fragments_sorted = Some(fragments);
-    stats.lost_rays = Some(given_up);
+    stats.count(FRAGMENTS_SORTED, fragments);
+    stats.count(LOST_RAYS, given_up);
     if given_up > 0 {
         stats.order_proven = Some(false);
         let note = format!("{given_up} pixels are wrong: their fragments were not all sorted");

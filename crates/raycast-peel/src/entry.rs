@@ -87,6 +87,7 @@ pub const ENTRY: Entry = Entry {
     promise,
     sources: &[],
     figures: None,
+    counters: crate::counters::ALL,
     supports: |volume, appearance, _, settings| {
         check(volume, appearance, &RaycastOptions::from_settings(settings)).map(drop)
     },

@@ -144,6 +144,7 @@
 //! - [`Passes::PingPong`] draws no isosurfaces, depth cue or clip planes, and cannot be recorded
 //!   into the caller's encoder, as the CPU reads occlusion queries between passes.
 
+pub mod counters;
 mod entry;
 mod gpu_data;
 mod options;

@@ -17,6 +17,7 @@ use tetrascope_gpu::{
 };
 
 use crate::NAME;
+use crate::counters::{CELL_VISITS, LAYERS, LOST_RAYS, PATHS, UNPAIRED_FACES};
 use crate::gpu_data::{Counters, March, Progress};
 use crate::options::{Entries, RaycastOptions};
 use crate::renderer::tetrahedra;
@@ -494,7 +495,7 @@ impl Single {
         let found = self.find(view, rays)?;
         if let Found::Layers(layers, _) = &found {
             stats.passes = layers.passes;
-            stats.layers = Some(layers.full);
+            stats.count(LAYERS, layers.full);
         }
         if is_long {
             let found = self.trees(view, rays, found)?;
@@ -554,12 +555,12 @@ fn too_many_faces() -> Error {
 impl Counters {
     fn count(&self, stats: &mut FrameStats) {
         let high = u64::from(self.cell_visits_high) << 32;
-        stats.cell_visits = Some(high | u64::from(self.cell_visits_low));
-        stats.paths = Some(self.paths.into());
-        stats.unpaired_faces = Some(self.unpaired_faces.into());
+        stats.count(CELL_VISITS, high | u64::from(self.cell_visits_low));
+        stats.count(PATHS, self.paths.into());
+        stats.count(UNPAIRED_FACES, self.unpaired_faces.into());
         // A ray that was given up is as lost as one that came out where it should not.
         let (lost, left) = (self.lost_rays, self.rays_left);
-        stats.lost_rays = Some(u64::from(lost) + u64::from(left));
+        stats.count(LOST_RAYS, u64::from(lost) + u64::from(left));
         if left > 0 {
             stats.notes.push(format!(
                 "{left} rays were given up after many dispatches and show a part of what they \

@@ -32,6 +32,7 @@
 
 mod bound;
 mod cell;
+pub mod counters;
 mod frame;
 mod geometry;
 mod grid;
@@ -84,6 +85,7 @@ pub const ENTRY: Entry = Entry {
     sources: &[],
     figures: None,
     promise: |_| Promise::Truth,
+    counters: counters::ALL,
     supports: |volume, appearance, _, _| supports(volume, appearance),
 };
 

@@ -135,6 +135,7 @@ pub const ENTRY: Entry = Entry {
         "Figures 4 (unshaded) and 5 (Phong shading, gradients on the fly) of Rezk Salama and Kolb, \
          2005",
     ),
+    counters: crate::counters::ALL,
     supports: |volume, appearance, view, settings| {
         let options = SlicingOptions::from_settings(settings);
         let source = source_of(volume)?;

@@ -61,6 +61,7 @@
 pub mod box_plane;
 mod cells;
 mod count;
+pub mod counters;
 mod cull;
 mod entry;
 mod frame;

@@ -1,6 +1,8 @@
 //! What the entries of algorithms are held to.
 
-use tetrascope_core::{Appearance, Entry, OpticalModel, Settings, Values, View, Volume};
+use tetrascope_core::{
+    Appearance, Entry, FrameStats, OpticalModel, Settings, Values, View, Volume,
+};
 
 /// Panics if a value of a setting does not change the options, alone or with what the sweep
 /// sets beside it.
@@ -45,5 +47,13 @@ pub fn refusal(
     match (entry.supports)(volume, appearance, view, &parsed) {
         Ok(()) => panic!("'{settings}' is not refused"),
         Err(error) => error.to_string(),
+    }
+}
+
+/// Panics if a frame counts what `entry` does not list.
+pub fn check_counts(entry: &Entry, stats: &FrameStats) {
+    for count in &stats.counts {
+        let listed = entry.counters.contains(&count.counter);
+        assert!(listed, "{} does not list {count:?}", entry.name);
     }
 }
