@@ -38,6 +38,30 @@ pub enum Values {
     },
 }
 
+/// Gives enums `ALL` choices with their words, for settings.
+///
+/// ```
+/// #[derive(Debug, PartialEq)]
+/// pub enum Storage {
+///     Auto,
+///     Bricks,
+/// }
+/// tetrascope_core::choices! {
+///     Storage: "auto" = Auto, "bricks" = Bricks;
+/// }
+/// assert_eq!(Storage::ALL[1], ("bricks", Storage::Bricks));
+/// ```
+#[macro_export]
+macro_rules! choices {
+    ($($choice:ident: $($word:literal = $variant:ident $(($value:expr))?),+;)+) => {
+        $(impl $choice {
+            /// Every choice, with its word in settings.
+            pub const ALL: [(&'static str, $choice); [$($word),+].len()] =
+                [$(($word, $choice::$variant $(($value))?)),+];
+        })+
+    };
+}
+
 /// The words of all choices, for [`Values::Choice`].
 pub const fn words<T, const N: usize>(all: &[(&'static str, T); N]) -> [&'static str; N] {
     let mut words = [""; N];

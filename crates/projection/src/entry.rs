@@ -197,8 +197,11 @@ fn promise(settings: &Settings) -> Promise {
     }
 }
 
-/// Ways to find isosurfaces, made for samples along each axis and a thickness.
-const SURFACES: [(&str, fn(u32, f32) -> SurfaceSearch); 2] = [
+/// Made for samples along each axis and a thickness.
+type OfTable = fn(u32, f32) -> SurfaceSearch;
+
+/// Ways to find isosurfaces.
+const SURFACES: [(&str, OfTable); 2] = [
     ("exact", |_, _| SurfaceSearch::Exact),
     ("table", |n, thickness| SurfaceSearch::Table {
         n,

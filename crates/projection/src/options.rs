@@ -35,6 +35,16 @@ pub struct ProjectionOptions {
     pub domain: Option<Domain>,
 }
 
+tetrascope_core::choices! {
+    ExitSearch: "per-fragment" = PerFragment, "per-vertex" = PerVertex,
+        "per-vertex-texture" = PerVertexTexture;
+    CellLayout: "shared-vertices" = SharedVertices, "twelve-floats" = TwelveFloats,
+        "twelve-shorts" = TwelveShorts;
+    Order: "auto" = Auto, "unsorted" = Unsorted, "centroid" = Centroid, "mpvo" = Mpvo,
+        "per-pixel" = PerPixel;
+    Sort: "auto" = Auto, "gpu" = Gpu, "cpu" = Cpu;
+}
+
 /// The defaults of [`ENTRY`]'s settings.
 impl Default for ProjectionOptions {
     fn default() -> Self {
@@ -221,42 +231,11 @@ impl SurfaceSearch {
 }
 
 impl ExitSearch {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, ExitSearch); 3] = [
-        ("per-fragment", ExitSearch::PerFragment),
-        ("per-vertex", ExitSearch::PerVertex),
-        ("per-vertex-texture", ExitSearch::PerVertexTexture),
-    ];
-
     /// The most samples a side of a minimum texture: 64 MiB.
     pub const MOST: u32 = 256;
 }
 
-impl CellLayout {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, CellLayout); 3] = [
-        ("shared-vertices", CellLayout::SharedVertices),
-        ("twelve-floats", CellLayout::TwelveFloats),
-        ("twelve-shorts", CellLayout::TwelveShorts),
-    ];
-}
-
-impl Order {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Order); 5] = [
-        ("auto", Order::Auto),
-        ("unsorted", Order::Unsorted),
-        ("centroid", Order::Centroid),
-        ("mpvo", Order::Mpvo),
-        ("per-pixel", Order::PerPixel),
-    ];
-}
-
 impl Sort {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Sort); 3] =
-        [("auto", Sort::Auto), ("gpu", Sort::Gpu), ("cpu", Sort::Cpu)];
-
     /// Whether that is on the CPU.
     pub(crate) fn is_on_cpu(self, gpu: &Gpu) -> bool {
         match self {

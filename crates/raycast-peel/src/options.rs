@@ -61,12 +61,6 @@ pub enum Crossings {
     Planes,
 }
 
-impl Crossings {
-    /// Every way, with its name in settings.
-    pub const ALL: [(&'static str, Crossings); 2] =
-        [("sides", Crossings::Sides), ("planes", Crossings::Planes)];
-}
-
 /// How one dispatch finds where rays cross the boundary. Pictures are the same bit for bit.
 ///
 /// CPU seconds a frame of 512x512, emission and absorption, medians of nine frames drawn in turn
@@ -93,14 +87,6 @@ pub enum Entries {
     PeeledLayers,
 }
 
-impl Entries {
-    /// Every way, with its name in settings.
-    pub const ALL: [(&'static str, Entries); 2] = [
-        ("lists", Entries::TileLists),
-        ("layers", Entries::PeeledLayers),
-    ];
-}
-
 /// How many of a ray's steps one pass takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passes {
@@ -111,10 +97,10 @@ pub enum Passes {
     PingPong,
 }
 
-impl Passes {
-    /// Every way, with its name in settings.
-    pub const ALL: [(&'static str, Passes); 2] =
-        [("single", Passes::Single), ("ping-pong", Passes::PingPong)];
+tetrascope_core::choices! {
+    Crossings: "sides" = Sides, "planes" = Planes;
+    Entries: "lists" = TileLists, "layers" = PeeledLayers;
+    Passes: "single" = Single, "ping-pong" = PingPong;
 }
 
 /// Every integration, with its name in settings.

@@ -55,6 +55,22 @@ pub const MIN_SLICES_PER_VOXEL: f64 = 0.5;
 /// The greatest [`SlicingOptions::slices_per_voxel`].
 pub const MAX_SLICES_PER_VOXEL: f64 = 64.0;
 
+tetrascope_core::choices! {
+    Integration: "post-classified" = PostClassified, "slabs" = Slabs;
+    Filtering: "exact" = Exact, "hardware" = Hardware;
+    StepLength: "per-ray" = PerRay, "planar" = Planar;
+    SlabEnds: "clipped" = Clipped, "whole" = Whole;
+    PlaneTest: "published" = Published, "sides" = Sides;
+    Slicer: "vertex-program" = VertexProgram, "cpu" = Cpu;
+    Traversal: "cpu" = Cpu, "gpu" = Gpu;
+    Level: "auto" = Auto, "0" = Fixed(0), "1" = Fixed(1), "2" = Fixed(2), "3" = Fixed(3),
+        "4" = Fixed(4), "5" = Fixed(5), "6" = Fixed(6), "7" = Fixed(7);
+    Shading: "none" = None, "phong" = Phong(Phong::DEFAULT);
+    Crossing: "cells" = Cells, "corrected" = Corrected, "linear" = Linear;
+    Gradient: "auto" = Auto, "central-differences" = CentralDifferences, "trilinear" = Trilinear;
+    Storage: "auto" = Auto, "bricks" = Bricks;
+}
+
 /// The defaults of [`ENTRY`]'s settings.
 impl Default for SlicingOptions {
     fn default() -> Self {
@@ -297,103 +313,4 @@ pub enum Storage {
     /// Bricks with borders, in the slots of one texture; only those that can show. What
     /// does not fit the budget is streamed while a frame is drawn.
     Bricks,
-}
-
-impl Integration {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Integration); 2] = [
-        ("post-classified", Integration::PostClassified),
-        ("slabs", Integration::Slabs),
-    ];
-}
-
-impl Filtering {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Filtering); 2] = [
-        ("exact", Filtering::Exact),
-        ("hardware", Filtering::Hardware),
-    ];
-}
-
-impl StepLength {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, StepLength); 2] = [
-        ("per-ray", StepLength::PerRay),
-        ("planar", StepLength::Planar),
-    ];
-}
-
-impl SlabEnds {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, SlabEnds); 2] =
-        [("clipped", SlabEnds::Clipped), ("whole", SlabEnds::Whole)];
-}
-
-impl PlaneTest {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, PlaneTest); 2] = [
-        ("published", PlaneTest::Published),
-        ("sides", PlaneTest::Sides),
-    ];
-}
-
-impl Slicer {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Slicer); 2] = [
-        ("vertex-program", Slicer::VertexProgram),
-        ("cpu", Slicer::Cpu),
-    ];
-}
-
-impl Traversal {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Traversal); 2] =
-        [("cpu", Traversal::Cpu), ("gpu", Traversal::Gpu)];
-}
-
-impl Level {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Level); 2 + MAX_LEVEL as usize] = [
-        ("auto", Level::Auto),
-        ("0", Level::Fixed(0)),
-        ("1", Level::Fixed(1)),
-        ("2", Level::Fixed(2)),
-        ("3", Level::Fixed(3)),
-        ("4", Level::Fixed(4)),
-        ("5", Level::Fixed(5)),
-        ("6", Level::Fixed(6)),
-        ("7", Level::Fixed(7)),
-    ];
-}
-
-impl Shading {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Shading); 2] = [
-        ("none", Shading::None),
-        ("phong", Shading::Phong(Phong::DEFAULT)),
-    ];
-}
-
-impl Crossing {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Crossing); 3] = [
-        ("cells", Crossing::Cells),
-        ("corrected", Crossing::Corrected),
-        ("linear", Crossing::Linear),
-    ];
-}
-
-impl Gradient {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Gradient); 3] = [
-        ("auto", Gradient::Auto),
-        ("central-differences", Gradient::CentralDifferences),
-        ("trilinear", Gradient::Trilinear),
-    ];
-}
-
-impl Storage {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Storage); 2] =
-        [("auto", Storage::Auto), ("bricks", Storage::Bricks)];
 }

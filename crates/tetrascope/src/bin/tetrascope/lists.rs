@@ -1,8 +1,8 @@
 //! `algorithms`, `adapters`, `datasets`, `colormaps`.
 
 use serde_json::{Value, json};
-use tetrascope::core::colormap::Colormap;
 use tetrascope::core::Error;
+use tetrascope::core::colormap::Colormap;
 use tetrascope::{Algorithm, Setting, Values, datasets as data};
 
 use crate::output::{Output, Stop};
