@@ -23,7 +23,9 @@ fn frames(criterion: &mut Criterion) {
             }
             let (volume, scene) = (&case.volume, &case.scene);
             let settings = Settings::defaults(algorithm);
-            if let Err(error) = (algorithm.supports)(volume, &scene.appearance, &scene.view) {
+            if let Err(error) =
+                (algorithm.supports)(volume, &scene.appearance, &scene.view, &settings)
+            {
                 eprintln!("skipped: {error}");
                 continue;
             }
@@ -50,7 +52,7 @@ fn frames(criterion: &mut Criterion) {
             for model in OpticalModel::VOLUMETRIC {
                 let mut appearance = scene.appearance.clone();
                 appearance.optical_model = model;
-                if (algorithm.supports)(volume, &appearance, &scene.view).is_err() {
+                if (algorithm.supports)(volume, &appearance, &scene.view, &settings).is_err() {
                     continue;
                 }
                 renderer

@@ -19,8 +19,7 @@ const SIDE: u32 = 256;
 const LAYOUTS: [&str; 3] = ["twelve-floats", "twelve-shorts", "shared-vertices"];
 
 fn algorithm() -> &'static Algorithm {
-    let mut all = tetrascope::algorithms().iter();
-    all.find(|a| a.name == "projection").expect("registered")
+    tetrascope::algorithm(tetrascope::projection::NAME).expect("registered")
 }
 
 fn renderer(context: &Context, volume: &Volume, scene: &Scene, settings: &[&str]) -> Renderer {

@@ -18,6 +18,9 @@ use tetrascope::core::{
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope::gpu::Gpu;
+use tetrascope::raycast_peel::counters::{
+    CELL_VISITS, FRAGMENTS, LAYERS, LEAST_TILE_PASSES, MOST_TILE_PASSES,
+};
 use tetrascope::raycast_peel::{
     Crossings, Entries, Integration, Locality, Passes, RaycastOptions, RaycastPeel,
 };
@@ -36,7 +39,7 @@ const BUDGET: Duration = Duration::from_secs(15);
 const ROUNDS: usize = 7;
 
 /// Who skips what is missing.
-const BENCH: &str = "raycast-peel";
+const BENCH: &str = tetrascope::raycast_peel::NAME;
 
 /// The device, or why there is none.
 fn gpu(context: &Context) -> Option<&Gpu> {
@@ -235,8 +238,8 @@ fn measure(
         cells,
         seconds: [(0.0, 0.0); 6],
         passes: range(courses.iter().flat_map(|c| {
-            let passes = c.stats.tile_passes.into_iter().flatten();
-            passes.map(|passes| passes as f64)
+            let passes = [LEAST_TILE_PASSES, MOST_TILE_PASSES].into_iter();
+            passes.filter_map(|of| Some(c.stats.get(of)? as f64))
         })),
     };
     let group = format!("raycast-peel/tables/{name}/{}k cells/{table}", cells / 1000);
@@ -335,7 +338,7 @@ fn tiling(criterion: &mut Criterion) {
              {:.1} M fragments",
             1e3 * course.median(),
             stats.passes,
-            1e-6 * stats.fragments.unwrap_or(0) as f64
+            1e-6 * stats.get(FRAGMENTS).unwrap_or(0) as f64
         );
         let name = format!("{by}/{tiles}x{tiles}/{interval}");
         let group = "raycast-peel/tiling/blunt/187k cells";
@@ -377,7 +380,7 @@ fn entries(criterion: &mut Criterion) {
             volume.cell_count() / 1000
         );
         for ((by, _), course) in Entries::ALL.iter().zip(&courses) {
-            let layers = course.stats.layers;
+            let layers = course.stats.get(LAYERS);
             println!(
                 "{name}, {by}: {:.0} ms{}",
                 1e3 * course.median(),
@@ -415,7 +418,7 @@ fn growth(criterion: &mut Criterion) {
     let (mut times, mut visits) = (Vec::new(), Vec::new());
     for (volume, course) in volumes.iter().zip(&courses) {
         let cells = volume.cell_count() as f64;
-        let visited = course.stats.cell_visits.expect("counted") as f64;
+        let visited = course.stats.get(CELL_VISITS).expect("counted") as f64;
         println!(
             "{cells} cells: {:.1} ms, {:.2} M visits, {:.1} M a second",
             1e3 * course.median(),
@@ -527,7 +530,7 @@ fn order(criterion: &mut Criterion) {
     let mut courses = renderers.each_ref().map(|r| Course::new(r, view));
     run(&mut courses);
     for ((name, ..), course) in orders.iter().zip(&courses) {
-        let visits = course.stats.cell_visits.expect("counted") as f64;
+        let visits = course.stats.get(CELL_VISITS).expect("counted") as f64;
         println!(
             "2M cells, {name}: {:.0} ms, {:.1} M visits a second",
             1e3 * course.median(),

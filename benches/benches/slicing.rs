@@ -22,6 +22,7 @@ use tetrascope::core::{
 use tetrascope::datasets::angiography;
 use tetrascope::gpu::Gpu;
 use tetrascope::io::{FileData, ReadOptions, read_file};
+use tetrascope::slicing::counters::{BRICKS_DRAWN, FRAGMENTS, GEOMETRY_BYTES, VERTICES};
 use tetrascope::slicing::{
     Filtering, Integration, Level, Shading, Slicer, Slicing, SlicingOptions, Traversal,
 };
@@ -162,9 +163,9 @@ fn stages(criterion: &mut Criterion) {
         let stats = slicing.render(&view).expect("a picture").stats;
         println!(
             "{name}: {} boxes, {} vertices, {} bytes a frame",
-            stats.bricks_drawn.unwrap_or(0),
-            stats.vertices.unwrap_or(0),
-            stats.geometry_bytes.unwrap_or(0)
+            stats.get(BRICKS_DRAWN).unwrap_or(0),
+            stats.get(VERTICES).unwrap_or(0),
+            stats.get(GEOMETRY_BYTES).unwrap_or(0)
         );
         group.bench_function(name, |b| {
             b.iter(|| black_box(slicing.render(&view).expect("drawn before")));
@@ -208,8 +209,8 @@ fn levels(_: &mut Criterion) {
         });
         let fragments = stats
             .clone()
-            .map(|s| s.and_then(|s| s.fragments).unwrap_or(0));
-        let boxes = stats.map(|s| s.and_then(|s| s.bricks_drawn).unwrap_or(0));
+            .map(|s| s.and_then(|s| s.get(FRAGMENTS)).unwrap_or(0));
+        let boxes = stats.map(|s| s.and_then(|s| s.get(BRICKS_DRAWN)).unwrap_or(0));
         println!(
             "aneurism, {name}: one box {:.3} s, auto {:.3} s, ratio {:.3}; fragments {} and {}; \
              {} boxes",

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tetrascope::core::{Error, Frame, OpticalModel, Volume, VolumeRenderer};
 use tetrascope::scene::Scene;
-use tetrascope::{Algorithm, Context, Renderer, Settings};
+use tetrascope::{Algorithm, Context, Promise, Renderer, Settings};
 use tetrascope_testing::ImageError;
 
 use crate::limits::{ROUGH_ORDER, limit, rmse_with_outliers};
@@ -89,10 +89,13 @@ pub fn run(options: &Options) -> Result<bool, Error> {
         report.scenes.push(scene);
     }
     progress.finish_and_clear();
-    let models = report.scenes.iter().flat_map(|scene| &scene.models);
-    let sliced = |row: &Row| row.algorithm == "slicing" && matches!(row.outcome, Outcome::Drawn(_));
-    if models.flat_map(|model| &model.rows).any(sliced) {
-        pictures.set_figures(figures::measured());
+    for algorithm in &plan.algorithms {
+        let drawn =
+            |row: &Row| row.algorithm == algorithm.name && matches!(row.outcome, Outcome::Drawn(_));
+        let mut models = report.scenes.iter().flat_map(|scene| &scene.models);
+        if models.any(|model| model.rows.iter().any(drawn)) {
+            pictures.add_figures(figures::measured(algorithm));
+        }
     }
 
     match options.json {
@@ -192,7 +195,7 @@ fn draw(
         for &setting in (algorithm.sweep)(scene.appearance.optical_model) {
             let settings = Settings::parse(algorithm, setting.split(','))?;
             let start = Instant::now();
-            let renderer = (algorithm.supports)(volume, &scene.appearance, &scene.view)
+            let renderer = (algorithm.supports)(volume, &scene.appearance, &scene.view, &settings)
                 .and_then(|()| (algorithm.build)(context, volume, &scene.appearance, &settings));
             contenders.push(Contender {
                 algorithm,
@@ -234,10 +237,6 @@ impl Contender {
         }
     }
 
-    fn is_truth(&self) -> bool {
-        self.algorithm.name == plan::TRUTH
-    }
-
     fn is_default(&self) -> bool {
         self.settings == Settings::defaults(self.algorithm)
     }
@@ -250,7 +249,7 @@ impl Contender {
             (None, Ok(_)) => unreachable!("a renderer draws or fails"),
         };
         let error = error.or_else(|| {
-            let truth = truth.filter(|_| !self.is_truth())?;
+            let truth = truth.filter(|_| !self.algorithm.is_truth())?;
             Some(ImageError::between(truth, frame))
         });
         // Device time only where every frame has it.
@@ -276,7 +275,7 @@ impl Contender {
 }
 
 fn model_report(scene: &Scene, model: OpticalModel, contenders: &[Contender]) -> ModelReport {
-    let truth = truth_of(contenders);
+    let truth = truth_of(contenders).map(|(_, frame)| frame);
     let rows = contenders.iter().map(|contender| Row {
         algorithm: contender.algorithm.name,
         setting: contender.setting.into(),
@@ -296,61 +295,51 @@ fn model_report(scene: &Scene, model: OpticalModel, contenders: &[Contender]) ->
     }
 }
 
-/// The differences that tell an algorithm's sources of error apart: what is to blame,
-/// the algorithm, the setting that has it, and the one that has not; `None` is the truth.
-const SOURCES: &[(&str, &str, &str, Option<&str>)] = &[
-    (
-        "table alone",
-        "projection",
-        "order=per-pixel,integration=table-3d,table-size=128",
-        Some("order=per-pixel"),
-    ),
-    ("order alone", "projection", "order=centroid", None),
-    (
-        "both",
-        "projection",
-        "order=centroid,integration=table-3d,table-size=128",
-        None,
-    ),
-];
-
-/// Those of [`SOURCES`] of which all was drawn.
+/// What tells the sources of each algorithm's error apart, where all of it was drawn.
 fn sources(contenders: &[Contender]) -> Vec<ErrorSource> {
-    let drawn = |name: &str, setting: &str| {
-        let of = |c: &&Contender| c.algorithm.name == name && c.setting == setting;
-        contenders.iter().find(of)?.frame.as_ref()
-    };
-    let compared = SOURCES.iter().map(|&(source, algorithm, with, without)| {
-        let frame = drawn(algorithm, with)?;
-        let (against, name) = match without {
-            Some(setting) => (drawn(algorithm, setting)?, format!("{algorithm} {setting}")),
-            None => (truth_of(contenders)?, plan::TRUTH.into()),
+    let of_one = |settings: &[Contender]| {
+        let algorithm = settings[0].algorithm;
+        let drawn = |setting: &str| {
+            let contender = settings.iter().find(|c| c.setting == setting)?;
+            let name = format!("{} {setting}", algorithm.name);
+            Some((name, contender.frame.as_ref()?))
         };
-        Some(ErrorSource {
-            source,
-            with: format!("{algorithm} {with}"),
-            against: name,
-            error: ImageError::between(against, frame),
-        })
-    });
-    // Where one is not drawn, the others say nothing about a whole.
-    compared.collect::<Option<Vec<_>>>().unwrap_or_default()
+        let compared = algorithm.sources.iter().map(|source| {
+            let (with, frame) = drawn(source.with)?;
+            let (against, right) = match source.without {
+                Some(setting) => drawn(setting)?,
+                None => truth_of(contenders)?,
+            };
+            Some(ErrorSource {
+                source: source.name,
+                with,
+                against,
+                error: ImageError::between(right, frame),
+            })
+        });
+        // Where one is not drawn, the others say nothing about a whole.
+        compared.collect::<Option<Vec<_>>>().unwrap_or_default()
+    };
+    let by_algorithm = contenders.chunk_by(|a, b| a.algorithm.name == b.algorithm.name);
+    by_algorithm.flat_map(of_one).collect()
 }
 
-fn truth_of(contenders: &[Contender]) -> Option<&Frame> {
-    contenders.iter().find(|c| c.is_truth())?.frame.as_ref()
+/// The truth's name and picture.
+fn truth_of(contenders: &[Contender]) -> Option<(String, &Frame)> {
+    let truth = contenders.iter().find(|c| c.algorithm.is_truth())?;
+    Some((truth.algorithm.name.into(), truth.frame.as_ref()?))
 }
 
 /// The pictures: truth, then each contender and its difference.
 fn show(contenders: &[Contender], place: (usize, usize), pictures: &mut Pictures) {
-    let truth = truth_of(contenders);
+    let truth = truth_of(contenders).map(|(_, frame)| frame);
     for contender in contenders {
         let Some(frame) = &contender.frame else {
             continue;
         };
         let name = contender.algorithm.name;
         pictures.add(place, name, contender.setting, &png(&shown(frame)));
-        if let (Some(truth), false) = (truth, contender.is_truth()) {
+        if let (Some(truth), false) = (truth, contender.algorithm.is_truth()) {
             let map = difference_map(truth, frame).map(|(map, end)| (png(&map), end));
             let map = map.as_ref().map(|(png, end)| (png.as_slice(), *end));
             pictures.add_difference(place, "difference", contender.setting, map);
@@ -427,7 +416,10 @@ fn chart(scene: &SceneReport, algorithms: &[&Algorithm]) -> Option<String> {
         }
     }
     let truth = scene.models.first().and_then(|model| {
-        let row = model.rows.iter().find(|row| row.algorithm == plan::TRUTH)?;
+        let row = model
+            .rows
+            .iter()
+            .find(|row| row.promise == Promise::Truth)?;
         match &row.outcome {
             Outcome::Drawn(drawn) => Some(drawn.frame_ms),
             Outcome::Skipped(_) => None,
@@ -470,8 +462,6 @@ fn milliseconds(duration: Duration) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use tetrascope::Promise;
-
     use super::*;
 
     /// The checks of one row whose RMSE is 1.5e-4, in emission and absorption.

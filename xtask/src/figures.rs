@@ -1,13 +1,26 @@
-//! Figures 4 and 5 of Rezk Salama and Kolb (2005), from the results that
-//! `cargo bench -p tetrascope-benches --bench slicing` has left.
+//! Figures of papers, frames a second against subdivision, from the results that
+//! `cargo bench -p tetrascope-benches` has left.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use tetrascope::Algorithm;
+
 use crate::machine;
 use crate::plot;
+
+/// What was measured of an algorithm's figures.
+#[derive(Debug, Serialize)]
+pub struct Measured {
+    /// The algorithm's name.
+    pub algorithm: &'static str,
+    /// What the figures are.
+    pub about: &'static str,
+    /// One at least.
+    pub figures: Vec<Figure>,
+}
 
 /// Frames a second against subdivision, for one fragment program.
 #[derive(Debug, Serialize)]
@@ -33,7 +46,7 @@ pub struct Line {
     pub points: Vec<(u32, f64)>,
 }
 
-/// What criterion calls a benchmark; the group is "slicing/figure 4/VOLUME/LOOK".
+/// What criterion calls a benchmark; the group is "ALGORITHM/figure 4/VOLUME/LOOK".
 #[derive(Deserialize)]
 struct Benchmark {
     group_id: String,
@@ -52,24 +65,29 @@ struct Estimate {
     point_estimate: f64,
 }
 
-/// The figures that the last benchmark has measured; none where it was not run.
-pub fn measured() -> Vec<Figure> {
+/// The figures of an algorithm that the last benchmark has measured; none where it was not run.
+pub fn measured(algorithm: &Algorithm) -> Option<Measured> {
     let of = |name| std::env::var_os(name).map(PathBuf::from);
     // As criterion chooses it.
     let folder = of("CRITERION_HOME")
         .or_else(|| Some(of("CARGO_TARGET_DIR")?.join("criterion")))
         .unwrap_or_else(|| machine::target().join("criterion"));
-    read(&folder)
+    let measured = Measured {
+        algorithm: algorithm.name,
+        about: algorithm.figures?,
+        figures: read(&folder, algorithm.name),
+    };
+    (!measured.figures.is_empty()).then_some(measured)
 }
 
 /// By volume and look; by boxes an axis: frames a second.
 type Rates = BTreeMap<(String, String), BTreeMap<u32, f64>>;
 
-fn read(folder: &Path) -> Vec<Figure> {
+fn read(folder: &Path, algorithm: &str) -> Vec<Figure> {
     let mut rates: BTreeMap<String, Rates> = BTreeMap::new();
     for group in folders(folder) {
         for result in folders(&group) {
-            if let Some((figure, volume, look, boxes, rate)) = result_of(&result) {
+            if let Some((figure, volume, look, boxes, rate)) = result_of(&result, algorithm) {
                 let lines = rates.entry(figure).or_default();
                 let line = lines.entry((volume, look)).or_default();
                 line.insert(boxes, rate);
@@ -92,17 +110,18 @@ fn folders(of: &Path) -> Vec<PathBuf> {
 }
 
 /// Figure, volume, look, boxes an axis and frames a second, if that is what was measured.
-fn result_of(folder: &Path) -> Option<(String, String, String, u32, f64)> {
+fn result_of(folder: &Path, algorithm: &str) -> Option<(String, String, String, u32, f64)> {
     let read = |name: &str| std::fs::read(folder.join("new").join(name)).ok();
     let benchmark: Benchmark = serde_json::from_slice(&read("benchmark.json")?).ok()?;
     let estimates: Estimates = serde_json::from_slice(&read("estimates.json")?).ok()?;
     let parts: Vec<&str> = benchmark.group_id.split('/').collect();
-    let ["slicing", figure, volume, look] = parts[..] else {
+    let [name, figure, volume, look] = parts[..] else {
         return None;
     };
     let boxes = benchmark.value_str?.parse().ok()?;
     let seconds = estimates.median.point_estimate * 1e-9;
-    let is_figure = figure.starts_with("figure ") && seconds > 0.0 && boxes > 0;
+    let is_figure =
+        name == algorithm && figure.starts_with("figure ") && seconds > 0.0 && boxes > 0;
     is_figure.then(|| {
         (
             figure.into(),
@@ -163,8 +182,9 @@ mod tests {
         write("slicing/figure 5/tooth/hides a half", "64", 2e9);
         write("slicing/stages/tooth", "cpu", 2e9);
         write("projection/tables/sphere", "3", 2e9);
+        write("other/figure 4/aneurism/hides a half", "1", 1e8);
         std::fs::create_dir_all(folder.path().join("report")).expect("made");
-        let figures = read(folder.path());
+        let figures = read(folder.path(), "slicing");
         assert_eq!(figures.len(), 2);
         assert_eq!(figures[0].name, "figure 4");
         let third = &figures[0].lines[1];
@@ -173,6 +193,6 @@ mod tests {
         assert_eq!(third.points, [(1, 2.0), (16, 10.0)]);
         assert_eq!(figures[1].lines[0].points, [(64, 0.5)]);
         assert!(figures[0].chart.contains("boxes an axis"));
-        assert!(read(&folder.path().join("report")).is_empty());
+        assert!(read(&folder.path().join("report"), "slicing").is_empty());
     }
 }

@@ -31,7 +31,7 @@ pub fn limit(
 ) -> Option<Limit> {
     let (rmse, max) = ROUNDING;
     match promise {
-        Promise::Exact => Some(ROUNDING),
+        Promise::Truth | Promise::Exact => Some(ROUNDING),
         Promise::ExactIfProven | Promise::RoughOrder if model.commutes() => Some(ROUNDING),
         Promise::ExactIfProven if stats.order_proven == Some(true) => Some(ROUNDING),
         Promise::ExactIfProven | Promise::RoughOrder => Some((rough?, 1.0)),

@@ -78,7 +78,7 @@ pub fn error_against_time(
             chart.draw_series(line).expect("memory takes any chart");
             // Beside the line's foot, where no error is that small.
             let style = (FONT, 14).into_font().color(&INK);
-            let text = Text::new("reference", (6, -20), style);
+            let text = Text::new("truth", (6, -20), style);
             let label = EmptyElement::at((ms.log10(), y.0)) + text;
             chart.draw_series([label]).expect("memory takes any chart");
         }
@@ -283,7 +283,7 @@ mod tests {
             ],
         };
         let svg = error_against_time(&[series], Some(300.0), (480, 320)).expect("two points");
-        for text in ["centroid", "per-pixel", "10⁻⁶", "RMSE", "reference"] {
+        for text in ["centroid", "per-pixel", "10⁻⁶", "RMSE", "truth"] {
             assert!(svg.contains(text), "{text}");
         }
     }

@@ -10,7 +10,7 @@ use tetrascope::Promise;
 use tetrascope::core::FrameStats;
 use tetrascope_testing::ImageError;
 
-use crate::figures::Figure;
+use crate::figures::Measured;
 
 /// The version of the JSON's layout.
 pub const REPORT_VERSION: u32 = 1;
@@ -185,7 +185,7 @@ pub struct Pictures {
     charts: BTreeMap<usize, String>,
     /// The algorithms in the charts, in the order of their markers.
     plotted: Vec<String>,
-    figures: Vec<Figure>,
+    figures: Vec<Measured>,
 }
 
 /// A picture on the page.
@@ -207,7 +207,7 @@ struct Page<'a> {
     charts: Vec<Option<&'a String>>,
     misses: Vec<&'a Check>,
     plotted: &'a [String],
-    figures: &'a [Figure],
+    figures: &'a [Measured],
     legend_models: [&'static str; 5],
     legend_markers: [&'static str; 4],
 }
@@ -241,9 +241,9 @@ impl Pictures {
         self.plotted = algorithms;
     }
 
-    /// Sets the figures of a paper that were measured before.
-    pub fn set_figures(&mut self, figures: Vec<Figure>) {
-        self.figures = figures;
+    /// Adds figures of a paper that were measured before.
+    pub fn add_figures(&mut self, figures: Option<Measured>) {
+        self.figures.extend(figures);
     }
 
     fn card(

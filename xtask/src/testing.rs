@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use image::RgbaImage;
 use tetrascope::core::{Appearance, Error, Frame, View, Volume, VolumeRenderer as _};
 use tetrascope::{Algorithm, Context, Promise, Settings};
-use tetrascope_testing::{ImageError, say};
+use tetrascope_testing::{ImageError, check_counts, say};
 
 use crate::machine::{root, target};
 use crate::picture::{difference_map, png, shown, side_by_side};
@@ -52,14 +52,16 @@ pub fn draw(
     appearance: &Appearance,
     view: &View,
 ) -> Option<Frame> {
-    if let Err(error) = (algorithm.supports)(volume, appearance, view) {
+    let settings = Settings::parse(algorithm, setting.split(',')).expect("the sweep is valid");
+    if let Err(error) = (algorithm.supports)(volume, appearance, view, &settings) {
         assert!(matches!(error, Error::Unsupported { .. }), "{error}");
         return None;
     }
-    let settings = Settings::parse(algorithm, setting.split(',')).expect("the sweep is valid");
     let renderer = (algorithm.build)(context(), volume, appearance, &settings);
     let frame = renderer.and_then(|renderer| renderer.render(view));
-    Some(frame.unwrap_or_else(|error| panic!("{} {setting}: {error}", algorithm.name)))
+    let frame = frame.unwrap_or_else(|error| panic!("{} {setting}: {error}", algorithm.name));
+    check_counts(algorithm, &frame.stats);
+    Some(frame)
 }
 
 /// How near to the truth an algorithm is with one entry of its sweep.
@@ -70,8 +72,8 @@ pub fn promised(algorithm: &Algorithm, setting: &str) -> Promise {
 
 /// The ground truth's picture.
 pub fn truth(volume: &Volume, appearance: &Appearance, view: &View) -> Frame {
-    let reference = tetrascope::algorithm("reference").expect("compiled in");
-    draw(reference, "", volume, appearance, view).expect("the ground truth draws every mesh")
+    let truth = tetrascope::truth().expect("compiled in");
+    draw(truth, "", volume, appearance, view).expect("the ground truth draws every mesh")
 }
 
 /// What went wrong in a test of many pictures: it fails at its end, with all of them.
@@ -280,7 +282,7 @@ pub fn bless() -> Result<Vec<String>, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tetrascope::core::FrameStats;
+    use tetrascope::core::{Counter, FrameStats};
 
     fn frame(value: f32) -> Frame {
         Frame::new((2, 1), vec![[value; 4]; 2], FrameStats::default())
@@ -298,6 +300,19 @@ mod tests {
             1e-3,
         );
         failures.finish();
+    }
+
+    #[test]
+    #[should_panic(expected = "does not list")]
+    fn counts_that_are_not_listed_fail() {
+        let mut stats = FrameStats::default();
+        let counter = Counter {
+            name: "pictures",
+            unit: "pictures",
+            about: "Pictures.",
+        };
+        stats.count(counter, 1);
+        check_counts(&tetrascope::algorithms()[0], &stats);
     }
 
     #[test]

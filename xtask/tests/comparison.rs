@@ -116,7 +116,7 @@ fn compare(model: OpticalModel) {
         let scene = resolve(&file, model, &volume).expect("a valid scene");
         for (from, view) in views(&scene, &volume) {
             let expected = truth(&volume, &scene.appearance, &view);
-            for algorithm in algorithms.iter().filter(|a| a.name != "reference") {
+            for algorithm in algorithms.iter().filter(|a| !a.is_truth()) {
                 for setting in (algorithm.sweep)(model) {
                     let promise = promised(algorithm, setting);
                     if promise == Promise::Open {

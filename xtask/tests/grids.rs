@@ -3,6 +3,7 @@
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::{Bounds, Camera, CameraFit};
 use tetrascope::scene::{SceneFile, VolumeSource};
+use tetrascope::{projection, slicing, truth};
 use xtask::compare;
 
 /// 17³ samples of a ball, as a raw file of f32 with a scene beside it.
@@ -66,8 +67,8 @@ fn compared(algorithms: &[&str], model: &str, depth_cue: Option<f64>) -> Vec<ser
 
 /// What slicing is off by, setting by setting.
 fn errors(rows: &[serde_json::Value]) -> Vec<f64> {
-    let slicing = rows.iter().filter(|row| row["algorithm"] == "slicing");
-    slicing
+    let of_slicing = rows.iter().filter(|row| row["algorithm"] == slicing::NAME);
+    of_slicing
         .filter_map(|row| row["outcome"]["drawn"]["error"]["rmse"].as_f64())
         .collect()
 }
@@ -76,15 +77,19 @@ fn errors(rows: &[serde_json::Value]) -> Vec<f64> {
 // falling from setting to setting of the sweep.
 #[test]
 fn compare_lists_slicing_against_the_reference() {
-    let rows = compared(&["slicing", "projection"], "emission-absorption", None);
+    let rows = compared(
+        &[slicing::NAME, projection::NAME],
+        "emission-absorption",
+        None,
+    );
     let of = |name: &'static str| rows.iter().filter(move |row| row["algorithm"] == name);
     assert!(
-        of("reference").any(|row| row["outcome"].get("drawn").is_some()),
+        of(truth().expect("compiled in").name).any(|row| row["outcome"].get("drawn").is_some()),
         "{rows:#?}"
     );
     // It draws meshes, and says so.
     assert!(
-        of("projection").all(|row| row["outcome"].get("skipped").is_some()),
+        of(projection::NAME).all(|row| row["outcome"].get("skipped").is_some()),
         "{rows:#?}"
     );
     let errors = errors(&rows);
@@ -101,7 +106,7 @@ fn compare_lists_slicing_against_the_reference() {
 // the published gradient or straight lines between slices the error is another.
 #[test]
 fn compare_covers_isosurfaces_of_grids() {
-    let rows = compared(&["slicing"], "isosurfaces", Some(0.5));
+    let rows = compared(&[slicing::NAME], "isosurfaces", Some(0.5));
     let errors = errors(&rows);
     if errors.is_empty() {
         println!("skipped: no graphics adapter");
@@ -131,7 +136,7 @@ fn compare_covers_isosurfaces_of_grids() {
 #[test]
 fn compare_covers_the_depth_cue_on_grids() {
     for model in ["emission-absorption", "emission"] {
-        let rows = compared(&["slicing"], model, Some(0.8));
+        let rows = compared(&[slicing::NAME], model, Some(0.8));
         let errors = errors(&rows);
         if errors.is_empty() {
             println!("skipped: no graphics adapter");

@@ -4,8 +4,9 @@
 //! At 512×512: `cargo test --release -p xtask --test projection -- --ignored --nocapture`.
 
 use tetrascope::core::{Appearance, Frame, OpticalModel, Projection, View, Volume};
+use tetrascope::projection::counters::VISIBILITY_CYCLES;
 use tetrascope::scene::{SceneFile, VolumeSource};
-use tetrascope::{Algorithm, datasets};
+use tetrascope::{Algorithm, datasets, projection};
 use tetrascope_testing::ImageError;
 use xtask::limits::ROUNDING;
 use xtask::testing::{Failures, algorithms, draw, truth};
@@ -72,7 +73,7 @@ impl Held {
 fn projection(test: &str) -> Option<&'static Algorithm> {
     algorithms(test)
         .into_iter()
-        .find(|a| a.name == "projection")
+        .find(|a| a.name == projection::NAME)
 }
 
 fn hold_to_the_bars(test: &str, side: u32, cells: Option<u64>) {
@@ -151,7 +152,7 @@ fn measured(
         model.name(),
         error.rmse,
         error.max,
-        frame.stats.visibility_cycles
+        frame.stats.get(VISIBILITY_CYCLES)
     );
     (error, singular, frame)
 }

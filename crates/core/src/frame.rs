@@ -17,8 +17,7 @@ pub struct Frame {
     pub stats: FrameStats,
 }
 
-/// What a frame took, and what was left out of it. `None` is "not measured" or
-/// "does not apply".
+/// What a frame took. `None` is "not measured" or "does not apply".
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct FrameStats {
@@ -29,64 +28,101 @@ pub struct FrameStats {
     pub gpu_seconds: Option<f64>,
     /// Render and compute passes recorded.
     pub passes: u64,
-    /// Ray-cell intervals that were integrated.
-    pub cell_visits: Option<u64>,
-    /// Stretches of rays from where they enter the mesh to where they leave it.
-    pub paths: Option<u64>,
-    /// Rays that cross the boundary an odd number of times, which should never happen.
-    pub unpaired_faces: Option<u64>,
-    /// Rays that were given up inside the mesh, or came out where they do not cross it.
-    pub lost_rays: Option<u64>,
-    /// Layers of boundary faces that were peeled and not empty.
-    pub layers: Option<u64>,
-    /// Parts of the image that some ray of theirs made worth drawing.
-    pub tiles_drawn: Option<u64>,
-    /// Parts of the image that no ray through the volume touches.
-    pub tiles_skipped: Option<u64>,
-    /// The least and the greatest number of steps' passes among the tiles drawn.
-    pub tile_passes: Option<[u64; 2]>,
-    /// Fragments of the passes through the volume, as the device counts them: it may count
-    /// those beside a polygon that complete a block, and `raycast-peel` counts idle rays.
-    pub fragments: Option<u64>,
-    /// Cells sent to the rasterizer.
-    pub cells_drawn: Option<u64>,
-    /// Cells left out because they have no volume, or map to nothing.
-    pub cells_skipped: Option<u64>,
-    /// Cells that were sorted; 0 when the optical model commutes.
-    pub cells_sorted: Option<u64>,
-    /// Boxes of a grid that were drawn.
-    pub bricks_drawn: Option<u64>,
-    /// Boxes of a grid left out because they map to nothing, or are outside of the image or
-    /// behind clip planes.
-    pub bricks_skipped: Option<u64>,
-    /// Vertices sent to the vertex stage.
-    pub vertices: Option<u64>,
+    /// What the algorithm counts, as its [`Entry`](crate::Entry) lists; fields of their own in
+    /// JSON.
+    #[serde(flatten, serialize_with = "as_fields")]
+    pub counts: Vec<Count>,
     /// Bytes of the volume sent to the device for this frame.
     pub bytes_uploaded: u64,
-    /// Bytes that say what is drawn where, sent to the device for this frame: boxes or
-    /// polygons, and the camera.
-    pub geometry_bytes: Option<u64>,
-    /// Faces across which the order of cells was given up because cells hide each
-    /// other in a cycle.
-    pub visibility_cycles: Option<u64>,
-    /// Where cells had to be blended in an order: whether it is known to be right, in every
-    /// pixel. The notes say why it is not.
-    pub order_proven: Option<bool>,
-    /// Fragments that were kept to be sorted in their pixels.
-    pub fragments_sorted: Option<u64>,
+    /// Bytes of the volume that stay on the device (or in memory) between frames.
+    pub bytes_resident: u64,
     /// Bytes that one of the volume's cells takes on the device on average, whatever the
     /// view and the appearance.
     pub bytes_per_cell: Option<f64>,
-    /// Bytes of the volume that stay on the device (or in memory) between frames.
-    pub bytes_resident: u64,
-    /// How many of `bytes_resident` each view writes anew.
-    pub bytes_per_view: Option<u64>,
+    /// Where cells had to be blended in an order: whether it is known to be right, in every
+    /// pixel. The notes say why it is not.
+    pub order_proven: Option<bool>,
     /// The image's worst error bound, absolute, if the renderer has one.
     pub error_bound: Option<f64>,
-    /// Pixels in which cells overlap or leave gaps beyond rounding.
-    pub inconsistent_pixels: Option<u64>,
     /// Fallbacks that were taken, a sentence each.
     pub notes: Vec<String>,
+}
+
+/// Something that an algorithm counts in its frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counter {
+    /// In snake case, as in JSON.
+    pub name: &'static str,
+    /// What there are so many of.
+    pub unit: &'static str,
+    /// What is counted, in sentences.
+    pub about: &'static str,
+}
+
+/// What a [`Counter`] has counted in one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Count {
+    /// What was counted.
+    pub counter: Counter,
+    /// How many.
+    pub value: u64,
+}
+
+impl FrameStats {
+    /// What was counted; `None` where it was not.
+    pub fn get(&self, counter: Counter) -> Option<u64> {
+        let count = self.counts.iter().find(|c| c.counter.name == counter.name);
+        count.map(|count| count.value)
+    }
+
+    /// Says that there are `value`, whatever was said before.
+    pub fn count(&mut self, counter: Counter, value: u64) {
+        match self
+            .counts
+            .iter_mut()
+            .find(|c| c.counter.name == counter.name)
+        {
+            Some(count) => count.value = value,
+            None => self.counts.push(Count { counter, value }),
+        }
+    }
+
+    /// Says that there are `more` than was said before.
+    pub fn add(&mut self, counter: Counter, more: u64) {
+        self.count(counter, self.get(counter).unwrap_or(0) + more);
+    }
+}
+
+fn as_fields<S: serde::Serializer>(counts: &[Count], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(counts.iter().map(|count| (count.counter.name, count.value)))
+}
+
+/// Makes a constant of each [`Counter`], and `ALL` of them; the sentences are those of its doc
+/// comment.
+///
+/// ```
+/// tetrascope_core::counters! {
+///     /// Cells that were drawn.
+///     CELLS_DRAWN = "cells_drawn", "cells";
+/// }
+/// assert_eq!(CELLS_DRAWN.about, "Cells that were drawn.");
+/// assert_eq!(ALL, [CELLS_DRAWN]);
+/// ```
+#[macro_export]
+macro_rules! counters {
+    ($($(#[doc = $about:literal])+ $counter:ident = $name:literal, $unit:literal;)+) => {
+        $(
+            $(#[doc = $about])+
+            pub const $counter: $crate::frame::Counter = $crate::frame::Counter {
+                name: $name,
+                unit: $unit,
+                about: concat!($($about),+).trim_ascii(),
+            };
+        )+
+
+        /// All of them.
+        pub const ALL: &[$crate::frame::Counter] = &[$($counter),+];
+    };
 }
 
 impl Frame {

@@ -3,7 +3,8 @@
 //! Reading order: [`mesh`] and [`grid`] hold a [`Volume`]; [`transfer_function`]
 //! and [`appearance`] say how it looks; [`optics`] defines the one integral that
 //! all renderers approximate; [`camera`] and [`view`] say from where; [`renderer`]
-//! is the trait, and [`frame`] what comes out.
+//! is the trait, and [`frame`] what comes out; an [`entry`] is what an algorithm says about
+//! itself and its [`settings`].
 //!
 //! # The integral
 //! Along a ray x(t) = origin + t d with |d| = 1 and t ≥ 0, extinction σ(t) ≥ 0
@@ -18,6 +19,7 @@ pub use glam;
 pub mod appearance;
 pub mod camera;
 pub mod colormap;
+pub mod entry;
 pub mod error;
 pub mod frame;
 pub mod grid;
@@ -26,6 +28,7 @@ pub mod number;
 pub mod optics;
 pub mod pick;
 pub mod renderer;
+pub mod settings;
 pub mod text;
 pub mod transfer_function;
 pub mod view;
@@ -36,11 +39,13 @@ pub use appearance::{
     OpticalModel,
 };
 pub use camera::{Camera, CameraFit, Projection, Ray};
+pub use entry::{Entry, Promise};
 pub use error::{Error, ErrorKind};
-pub use frame::{Frame, FrameStats};
+pub use frame::{Counter, Frame, FrameStats};
 pub use grid::Grid;
 pub use mesh::{Cells, Scalars, TetMesh};
 pub use renderer::VolumeRenderer;
+pub use settings::{Setting, Settings, Values};
 pub use transfer_function::{Knot, TransferFunction};
 pub use view::View;
 pub use volume::{Bounds, Volume, is_value};

@@ -72,7 +72,7 @@ pub struct Scalars {
 /// 24 bytes a point and 16 a tetrahedron; 4 more a tetrahedron where cells were
 /// split, and 16 more where points coincide. The adjacency, once asked for, keeps 16
 /// bytes a tetrahedron and 8 a boundary face, and needs 80 bytes a tetrahedron while it
-/// is made.
+/// is made. [`TetMesh::keeping_cells`] keeps 9 more an input cell and 8 for each of its points.
 #[derive(Clone, Debug)]
 pub struct TetMesh {
     geometry: Arc<Geometry>,
@@ -88,6 +88,8 @@ struct Geometry {
     /// The input cell of each tetrahedron; empty when each is its own.
     sources: Vec<u32>,
     input_cell_count: usize,
+    /// The input cells, if they were to be kept.
+    cells: Option<Arc<Cells>>,
     bounds: Bounds,
     /// Without what depends on the adjacency or the scalars.
     report: MeshReport,
@@ -172,6 +174,23 @@ impl TetMesh {
         TetMesh::from_pieces(points, &places, pieces, cells.types.len(), report, scalars)
     }
 
+    /// As [`TetMesh::with_split`], and keeps the cells as they are: for whom a hexahedron or a
+    /// curved cell is more than its tetrahedra.
+    ///
+    /// # Errors
+    /// As [`TetMesh::with_split`].
+    pub fn keeping_cells(
+        points: Vec<DVec3>,
+        cells: Arc<Cells>,
+        scalars: Scalars,
+        split: Split,
+    ) -> Result<TetMesh, Error> {
+        let mut mesh = TetMesh::with_split(points, &cells, scalars, split)?;
+        let geometry = Arc::get_mut(&mut mesh.geometry).expect("nobody else has it yet");
+        geometry.cells = Some(cells);
+        Ok(mesh)
+    }
+
     /// A mesh of tetrahedra, treated as in [`TetMesh::new`]. May be empty.
     ///
     /// # Errors
@@ -248,6 +267,7 @@ impl TetMesh {
             places,
             sources,
             input_cell_count,
+            cells: None,
             report,
             adjacency: OnceLock::new(),
             boundary: OnceLock::new(),
@@ -348,6 +368,13 @@ impl TetMesh {
             Some(&source) => source as usize,
             None => cell,
         }
+    }
+
+    /// The input cells, if the mesh was made to keep them ([`TetMesh::keeping_cells`]); also
+    /// those that are skipped. They name [`TetMesh::points`], and are numbered as
+    /// [`TetMesh::source_cell`] and values of cells are.
+    pub fn cells(&self) -> Option<&Arc<Cells>> {
+        self.geometry.cells.as_ref()
     }
 
     /// The field.

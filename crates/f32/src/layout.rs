@@ -45,12 +45,8 @@ pub enum Locality {
     Morton,
 }
 
-impl Locality {
-    /// Every order, with its name in settings.
-    pub const ALL: [(&'static str, Locality); 2] = [
-        ("morton", Locality::Morton),
-        ("as-given", Locality::AsGiven),
-    ];
+tetrascope_core::choices! {
+    Locality: "morton" = Morton, "as-given" = AsGiven;
 }
 
 impl Layout {

@@ -125,13 +125,17 @@ impl Integration {
         matches!(self, Integration::TableFixed { .. }) && !lengthless
     }
 
-    /// Whether `model` can be drawn like this by `renderer`, on a device whose textures
-    /// have at most `limit` texels a side.
+    /// Whether `renderer` can draw `model` like this, on any device; `has_length` says whether
+    /// it knows a length for [`Integration::TableFixed`].
     ///
     /// [`Error::Unsupported`] for a model without such a table and for more samples than
-    /// the range above, [`Error::Invalid`] for fewer, [`Error::TooLarge`] for more than
-    /// the device has room for.
-    fn check(self, renderer: &'static str, model: OpticalModel, limit: u32) -> Result<(), Error> {
+    /// the range above, [`Error::Invalid`] for fewer.
+    pub fn check(
+        self,
+        renderer: &'static str,
+        model: OpticalModel,
+        has_length: bool,
+    ) -> Result<(), Error> {
         let most = match self {
             Integration::Exact => return Ok(()),
             Integration::Table2d { .. } | Integration::TableFixed { .. } => Integration::MOST_2D,
@@ -156,14 +160,6 @@ impl Integration {
                 reason: format!("beyond {most} a table of this many axes takes too much memory"),
             });
         }
-        if n > limit {
-            return Err(Error::TooLarge {
-                what: "the table of integrals".into(),
-                needed: n.into(),
-                limit: limit.into(),
-                unit: "samples a side",
-            });
-        }
         // Only now, so that a restyle to another model meets no bad number.
         let two = matches!(self, Integration::Table2d { .. });
         if two && model == OpticalModel::EmissionAbsorption {
@@ -173,6 +169,13 @@ impl Integration {
                 reason: "the integral is not linear in a segment's length; table-3d has the \
                          length as well, table-2d-fixed takes all for equally long"
                     .into(),
+            });
+        }
+        if self.is_fixed(model) && !has_length {
+            return Err(Error::Unsupported {
+                renderer,
+                what: "segments that are all taken for equally long".into(),
+                reason: "its fragments are of any length".into(),
             });
         }
         Ok(())
@@ -278,19 +281,21 @@ impl Table {
             intervals,
             ..
         } = *source;
-        integration.check(renderer, model, gpu.limits().max_texture_dimension_3d)?;
-        if integration.is_fixed(model) && source.fixed.is_none() {
-            return Err(Error::Unsupported {
-                renderer,
-                what: "segments that are all taken for equally long".into(),
-                reason: "its fragments are of any length; raycast-peel has this table".into(),
-            });
-        }
+        integration.check(renderer, model, source.fixed.is_some())?;
         let format = match model {
             OpticalModel::Absorption => TextureFormat::R32Float,
             _ => TextureFormat::Rgba32Float,
         };
         let (side, axes) = source.axes().shape;
+        let limit = gpu.limits().max_texture_dimension_3d;
+        if side > limit {
+            return Err(Error::TooLarge {
+                what: "the table of integrals".into(),
+                needed: side.into(),
+                limit: limit.into(),
+                unit: "samples a side",
+            });
+        }
         let size = wgpu::Extent3d {
             width: side,
             height: side,

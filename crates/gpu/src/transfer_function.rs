@@ -4,25 +4,31 @@ use tetrascope_core::{Error, TransferFunction};
 use tetrascope_f32::{KnotPair, Normalization, ScalarMap, knots};
 use tetrascope_shaders::loops::MOST_KNOTS;
 
+/// Refuses more than [`MOST_KNOTS`] with [`Error::TooLarge`], as a shader's loop over them would
+/// be too long.
+pub fn check_knots(transfer_function: &TransferFunction) -> Result<(), Error> {
+    let count = transfer_function.knots().len();
+    match count <= MOST_KNOTS {
+        true => Ok(()),
+        false => Err(Error::TooLarge {
+            what: "the transfer function on a GPU".into(),
+            needed: count as u64,
+            limit: MOST_KNOTS as u64,
+            unit: "knots",
+        }),
+    }
+}
+
 /// [`knots::knot_pairs`] for a shader.
 ///
 /// # Errors
-/// [`Error::TooLarge`] for more than [`MOST_KNOTS`], as a shader's loop over them would be
-/// too long.
+/// As [`check_knots`] says.
 pub fn knot_pairs(
     transfer_function: &TransferFunction,
     map: &ScalarMap,
     normalization: &Normalization,
 ) -> Result<Vec<KnotPair>, Error> {
-    let count = transfer_function.knots().len();
-    if count > MOST_KNOTS {
-        return Err(Error::TooLarge {
-            what: "the transfer function on a GPU".into(),
-            needed: count as u64,
-            limit: MOST_KNOTS as u64,
-            unit: "knots",
-        });
-    }
+    check_knots(transfer_function)?;
     Ok(knots::knot_pairs(transfer_function, map, normalization))
 }
 

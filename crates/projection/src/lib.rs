@@ -143,6 +143,8 @@
 //! ```
 
 mod centroids;
+pub mod counters;
+mod entry;
 mod faces;
 mod frame;
 mod gpu_data;
@@ -153,6 +155,7 @@ mod renderer;
 mod tiles;
 mod volume;
 
+pub use entry::ENTRY;
 pub use options::{
     CellLayout, ExitSearch, Integration, Order, ProjectionOptions, Sort, SurfaceSearch,
 };

@@ -1,12 +1,13 @@
 //! What can be chosen.
 
-use tetrascope_core::{Appearance, Error, OpticalModel};
+use tetrascope_core::{Appearance, Error, OpticalModel, Projection, Settings, View};
 use tetrascope_f32::Domain;
 use tetrascope_gpu::Gpu;
 pub use tetrascope_gpu::Integration;
+use tetrascope_gpu::transfer_function::check_knots;
 use tetrascope_gpu::wgpu::DeviceType;
 
-use crate::NAME;
+use crate::{ENTRY, NAME};
 
 /// How cells are drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,19 +35,20 @@ pub struct ProjectionOptions {
     pub domain: Option<Domain>,
 }
 
+tetrascope_core::choices! {
+    ExitSearch: "per-fragment" = PerFragment, "per-vertex" = PerVertex,
+        "per-vertex-texture" = PerVertexTexture;
+    CellLayout: "shared-vertices" = SharedVertices, "twelve-floats" = TwelveFloats,
+        "twelve-shorts" = TwelveShorts;
+    Order: "auto" = Auto, "unsorted" = Unsorted, "centroid" = Centroid, "mpvo" = Mpvo,
+        "per-pixel" = PerPixel;
+    Sort: "auto" = Auto, "gpu" = Gpu, "cpu" = Cpu;
+}
+
+/// The defaults of [`ENTRY`]'s settings.
 impl Default for ProjectionOptions {
     fn default() -> Self {
-        ProjectionOptions {
-            exit_search: ExitSearch::PerFragment,
-            cell_layout: CellLayout::SharedVertices,
-            integration: Integration::Exact,
-            order: Order::Auto,
-            sort: Sort::Auto,
-            fragment_bytes: 1 << 28,
-            minimum_side: 128,
-            surfaces: SurfaceSearch::Exact,
-            domain: None,
-        }
+        ProjectionOptions::from_settings(&Settings::defaults(&ENTRY))
     }
 }
 
@@ -137,13 +139,9 @@ impl ProjectionOptions {
     /// Refuses what cannot be had together, and numbers out of range.
     pub(crate) fn validate(&self, appearance: &Appearance) -> Result<(), Error> {
         let model = appearance.optical_model;
-        let unsupported = |what: &str, reason: &str| {
-            Err(Error::Unsupported {
-                renderer: NAME,
-                what: what.into(),
-                reason: reason.into(),
-            })
-        };
+        check_knots(&appearance.transfer_function)?;
+        self.integration.check(NAME, model, false)?;
+        self.surfaces.validate()?;
         let fades = appearance.depth_cue.is_some() && model != OpticalModel::Isosurfaces;
         if fades && self.integration != Integration::Exact {
             return unsupported(
@@ -188,6 +186,26 @@ impl ProjectionOptions {
             _ => Ok(()),
         }
     }
+
+    /// Refuses a view that is not drawn like this.
+    pub(crate) fn check_view(&self, view: &View) -> Result<(), Error> {
+        let perspective = matches!(view.camera.projection, Projection::Perspective { .. });
+        match perspective && self.exit_search != ExitSearch::PerFragment {
+            false => Ok(()),
+            true => unsupported(
+                "perspective cameras with ray parameters at vertices",
+                "they are linear over a face for parallel rays alone",
+            ),
+        }
+    }
+}
+
+fn unsupported(what: &str, reason: &str) -> Result<(), Error> {
+    Err(Error::Unsupported {
+        renderer: NAME,
+        what: what.into(),
+        reason: reason.into(),
+    })
 }
 
 impl SurfaceSearch {
@@ -213,42 +231,11 @@ impl SurfaceSearch {
 }
 
 impl ExitSearch {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, ExitSearch); 3] = [
-        ("per-fragment", ExitSearch::PerFragment),
-        ("per-vertex", ExitSearch::PerVertex),
-        ("per-vertex-texture", ExitSearch::PerVertexTexture),
-    ];
-
     /// The most samples a side of a minimum texture: 64 MiB.
     pub const MOST: u32 = 256;
 }
 
-impl CellLayout {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, CellLayout); 3] = [
-        ("shared-vertices", CellLayout::SharedVertices),
-        ("twelve-floats", CellLayout::TwelveFloats),
-        ("twelve-shorts", CellLayout::TwelveShorts),
-    ];
-}
-
-impl Order {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Order); 5] = [
-        ("auto", Order::Auto),
-        ("unsorted", Order::Unsorted),
-        ("centroid", Order::Centroid),
-        ("mpvo", Order::Mpvo),
-        ("per-pixel", Order::PerPixel),
-    ];
-}
-
 impl Sort {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Sort); 3] =
-        [("auto", Sort::Auto), ("gpu", Sort::Gpu), ("cpu", Sort::Cpu)];
-
     /// Whether that is on the CPU.
     pub(crate) fn is_on_cpu(self, gpu: &Gpu) -> bool {
         match self {

@@ -4,8 +4,7 @@ mod scene;
 mod surfaces;
 
 use tetrascope_core::{
-    Appearance, Error, Frame, FrameStats, Projection as Spread, TetMesh, View, Volume,
-    VolumeRenderer,
+    Appearance, Error, Frame, FrameStats, TetMesh, View, Volume, VolumeRenderer,
 };
 use tetrascope_f32::look::look;
 use tetrascope_f32::{Domain, ImagePlane, ScalarMap};
@@ -19,6 +18,11 @@ use tetrascope_gpu::{
 
 use self::scene::{Parts, Scene, Sorter, Sorting};
 use self::surfaces::prepared;
+use crate::counters::{
+    BYTES_PER_VIEW, CELLS_DRAWN, CELLS_SKIPPED, CELLS_SORTED, FRAGMENTS_SORTED, LOST_RAYS,
+    VISIBILITY_CYCLES,
+};
+use crate::entry::check;
 use crate::frame::frame;
 use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellPass, FrameData, Uploaded};
@@ -56,9 +60,7 @@ impl Projection {
         appearance: &Appearance,
         options: &ProjectionOptions,
     ) -> Result<Projection, Error> {
-        ABILITIES.check(NAME, appearance, &volume.bounds())?;
-        options.validate(appearance)?;
-        let mesh = mesh_of(volume)?;
+        let mesh = check(volume, appearance, options)?;
         let transform_pass = TransformPass::new(gpu)?;
         let cell_pass = CellPass::new(gpu)?;
         let mut sorter = Sorter::default();
@@ -212,9 +214,9 @@ impl Projection {
         };
         let drawn = u64::from(look.culled.cells);
         let mut stats = FrameStats::default();
-        stats.cells_drawn = Some(drawn);
-        stats.cells_skipped = Some(geometry.mesh.cell_count() as u64 - drawn);
-        stats.cells_sorted = Some(if sorted { drawn } else { 0 });
+        stats.count(CELLS_DRAWN, drawn);
+        stats.count(CELLS_SKIPPED, geometry.mesh.cell_count() as u64 - drawn);
+        stats.count(CELLS_SORTED, if sorted { drawn } else { 0 });
         let surfaces = scene.surfaces.as_ref().map_or(0, SurfaceData::bytes);
         let faces = scene.field.faces.iter().flatten().map(wgpu::Buffer::size);
         let faces: u64 = faces.sum();
@@ -225,7 +227,7 @@ impl Projection {
         };
         stats.bytes_per_cell = Some(layout as f64 / geometry.mesh.cell_count().max(1) as f64);
         let per_view = order_bytes + texels(&geometry.transformed);
-        stats.bytes_per_view = Some(per_view);
+        stats.count(BYTES_PER_VIEW, per_view);
         stats.bytes_resident = per_view
             + surfaces
             + faces
@@ -342,14 +344,7 @@ impl Draw for Projection {
         view: &View,
         target: &Target,
     ) -> Result<Recorded, Error> {
-        let perspective = matches!(view.camera.projection, Spread::Perspective { .. });
-        if perspective && self.face_pass.is_some() {
-            return Err(Error::Unsupported {
-                renderer: NAME,
-                what: "perspective cameras with ray parameters at vertices".into(),
-                reason: "they are linear over a face for parallel rays alone".into(),
-            });
-        }
+        self.options.check_view(view)?;
         let (gpu, scene) = (self.canvas.gpu(), &self.scene);
         let encoder = commands.encoder();
         let normalization = &scene.geometry.normalization;
@@ -359,7 +354,9 @@ impl Draw for Projection {
         let ordered = self.ordered(view);
         let in_lists = matches!(ordered.way, Ordered::InLists);
         let mut stats = self.stats(in_lists);
-        stats.visibility_cycles = ordered.cycles;
+        if let Some(cycles) = ordered.cycles {
+            stats.count(VISIBILITY_CYCLES, cycles);
+        }
         stats.order_proven = ordered.proven;
         stats.notes.extend(ordered.note);
         let sums = self.canvas.sums(
@@ -486,8 +483,8 @@ impl Projection {
 /// Adds what lists of fragments counted; `most` is how many each tile had room for.
 fn count(stats: &mut FrameStats, counts: ReadBack, most: &[u64]) -> Result<Outcome, Error> {
     let (fragments, given_up) = total(counts.read()?, most)?;
-    stats.fragments_sorted = Some(fragments);
-    stats.lost_rays = Some(given_up);
+    stats.count(FRAGMENTS_SORTED, fragments);
+    stats.count(LOST_RAYS, given_up);
     if given_up > 0 {
         stats.order_proven = Some(false);
         let note = format!("{given_up} pixels are wrong: their fragments were not all sorted");

@@ -144,12 +144,15 @@
 //! - [`Passes::PingPong`] draws no isosurfaces, depth cue or clip planes, and cannot be recorded
 //!   into the caller's encoder, as the CPU reads occlusion queries between passes.
 
+pub mod counters;
+mod entry;
 mod gpu_data;
 mod options;
 mod ping_pong;
 mod renderer;
 mod single;
 
+pub use entry::ENTRY;
 pub use options::{
     Crossings, Entries, INTEGRATIONS, Integration, Locality, MAX_TILES, Passes, RaycastOptions,
 };

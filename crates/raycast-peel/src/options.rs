@@ -1,9 +1,14 @@
 //! What can be chosen.
 
-use tetrascope_core::Error;
+use tetrascope_core::{Abilities, Appearance, Bounds, Error, OpticalModel, Settings};
 use tetrascope_f32::Domain;
 pub use tetrascope_gpu::Integration;
 use tetrascope_gpu::preintegration::OfSide;
+use tetrascope_gpu::transfer_function::check_knots;
+
+use crate::ping_pong::check_intervals;
+use crate::single::Budget;
+use crate::{ABILITIES, ENTRY, NAME};
 
 pub use tetrascope_f32::Locality;
 
@@ -56,12 +61,6 @@ pub enum Crossings {
     Planes,
 }
 
-impl Crossings {
-    /// Every way, with its name in settings.
-    pub const ALL: [(&'static str, Crossings); 2] =
-        [("sides", Crossings::Sides), ("planes", Crossings::Planes)];
-}
-
 /// How one dispatch finds where rays cross the boundary. Pictures are the same bit for bit.
 ///
 /// CPU seconds a frame of 512x512, emission and absorption, medians of nine frames drawn in turn
@@ -88,14 +87,6 @@ pub enum Entries {
     PeeledLayers,
 }
 
-impl Entries {
-    /// Every way, with its name in settings.
-    pub const ALL: [(&'static str, Entries); 2] = [
-        ("lists", Entries::TileLists),
-        ("layers", Entries::PeeledLayers),
-    ];
-}
-
 /// How many of a ray's steps one pass takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passes {
@@ -106,10 +97,10 @@ pub enum Passes {
     PingPong,
 }
 
-impl Passes {
-    /// Every way, with its name in settings.
-    pub const ALL: [(&'static str, Passes); 2] =
-        [("single", Passes::Single), ("ping-pong", Passes::PingPong)];
+tetrascope_core::choices! {
+    Crossings: "sides" = Sides, "planes" = Planes;
+    Entries: "lists" = TileLists, "layers" = PeeledLayers;
+    Passes: "single" = Single, "ping-pong" = PingPong;
 }
 
 /// Every integration, with its name in settings.
@@ -121,23 +112,10 @@ pub const INTEGRATIONS: [(&str, OfSide); 4] = {
 /// The most tiles along a side of the image.
 pub const MAX_TILES: u32 = 8;
 
+/// The defaults of [`ENTRY`]'s settings.
 impl Default for RaycastOptions {
     fn default() -> RaycastOptions {
-        RaycastOptions {
-            passes: Passes::Single,
-            integration: Integration::Exact,
-            stop_opacity: 1.0,
-            locality: Locality::Morton,
-            domain: None,
-            entries: Entries::TileLists,
-            integer_sides: false,
-            tiles: 4,
-            query_interval: 8,
-            // λ of a plane is a quotient of sums of three products of numbers up to 4: each
-            // term rounds by 2⁻²², so steep faces err by less than 2⁻¹⁹ of half an extent.
-            peel_bias: 1.0 / (1 << 19) as f32,
-            crossings: Crossings::Sides,
-        }
+        RaycastOptions::from_settings(&Settings::defaults(&ENTRY))
     }
 }
 
@@ -149,8 +127,36 @@ impl RaycastOptions {
         (-(-self.stop_opacity).ln_1p()).min(100.0)
     }
 
-    /// Refuses what is out of range.
-    pub(crate) fn validate(&self) -> Result<(), Error> {
+    /// Refuses numbers out of range, and an appearance of a volume in `bounds` that is not drawn
+    /// like this.
+    pub(crate) fn check(&self, appearance: &Appearance, bounds: &Bounds) -> Result<(), Error> {
+        ABILITIES.check(NAME, appearance, bounds)?;
+        self.validate()?;
+        check_knots(&appearance.transfer_function)?;
+        let model = appearance.optical_model;
+        self.integration.check(NAME, model, true)?;
+        let fades = appearance.depth_cue.is_some() && model != OpticalModel::Isosurfaces;
+        if fades && self.integration != Integration::Exact {
+            return Err(Error::Unsupported {
+                renderer: NAME,
+                what: "a depth cue with a table of integrals".into(),
+                reason: "the cue differs from place to place, the table does not".into(),
+            });
+        }
+        match self.passes {
+            Passes::Single => Budget::new(appearance).map(drop),
+            Passes::PingPong => {
+                published(appearance, bounds)?;
+                match self.integration {
+                    Integration::Exact => check_intervals(appearance),
+                    _ => Ok(()),
+                }
+            }
+        }
+    }
+
+    /// Refuses numbers out of range.
+    fn validate(&self) -> Result<(), Error> {
         let wrong = |what: String, help: &str| {
             Err(Error::Invalid {
                 what,
@@ -177,4 +183,18 @@ impl RaycastOptions {
         }
         Ok(())
     }
+}
+
+/// Refuses what the paper does not have, which ends with the volumetric optical models.
+fn published(appearance: &Appearance, bounds: &Bounds) -> Result<(), Error> {
+    let refused = Abilities::default().check(NAME, appearance, bounds);
+    refused.map_err(|error| match error {
+        Error::Unsupported { renderer, what, .. } => Error::Unsupported {
+            renderer,
+            what: format!("{what} with passes=ping-pong"),
+            reason: "that is as published, with the volumetric models alone; passes=single has it"
+                .into(),
+        },
+        error => error,
+    })
 }

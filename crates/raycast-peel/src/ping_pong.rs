@@ -32,6 +32,21 @@ use passes::{Passes, StyledPasses};
 /// three passes each, of at most 65 535 that llvmpipe allows (`single/budget.rs`).
 const MOST_INTERVALS: usize = 1 << 14;
 
+/// Refuses a transfer function of more intervals than one step integrates in.
+pub(crate) fn check_intervals(appearance: &Appearance) -> Result<(), Error> {
+    // Between the knots, before the first and behind the last.
+    let count = appearance.transfer_function.knots().len() + 1;
+    match count <= MOST_INTERVALS {
+        true => Ok(()),
+        false => Err(Error::TooLarge {
+            what: "the transfer function with passes=ping-pong".into(),
+            needed: count as u64,
+            limit: MOST_INTERVALS as u64,
+            unit: "intervals",
+        }),
+    }
+}
+
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
 pub(crate) struct PingPong {
@@ -75,14 +90,6 @@ impl Style {
             scalars: mesh.scalar_map.range(mesh.domain.scalar_range),
         };
         let table = table(gpu, appearance, &segments, options, last)?;
-        if options.integration == Integration::Exact && intervals.len() > MOST_INTERVALS {
-            return Err(Error::TooLarge {
-                what: "the transfer function with passes=ping-pong".into(),
-                needed: intervals.len() as u64,
-                limit: MOST_INTERVALS as u64,
-                unit: "intervals",
-            });
-        }
         // Planes continue a cell's gradient.
         let scalars = match options.crossings {
             Crossings::Planes => ANY_SCALAR,
@@ -139,9 +146,9 @@ impl PingPong {
         )
     }
 
-    /// What is drawn, and its mesh.
-    pub(crate) fn scene(&self) -> (&Appearance, &TetMesh) {
-        (&self.style.appearance, &self.mesh.source)
+    /// How and what is drawn, and its mesh.
+    pub(crate) fn scene(&self) -> (&RaycastOptions, &Appearance, &TetMesh) {
+        (&self.options, &self.style.appearance, &self.mesh.source)
     }
 
     pub(crate) fn bytes_resident(&self) -> u64 {

@@ -1,14 +1,13 @@
 //! The renderer, whichever way it takes its steps.
 
-use tetrascope_core::{
-    Abilities, Appearance, Bounds, Error, Frame, TetMesh, View, Volume, VolumeRenderer,
-};
+use tetrascope_core::{Appearance, Error, Frame, TetMesh, View, Volume, VolumeRenderer};
 use tetrascope_gpu::{Canvas, Commands, Draw, Gpu, Recorded, Target, draw};
 
+use crate::NAME;
+use crate::entry::check;
 use crate::options::{Passes, RaycastOptions};
 use crate::ping_pong::PingPong;
 use crate::single::Single;
-use crate::{ABILITIES, NAME};
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
@@ -25,16 +24,10 @@ enum Form {
 
 impl Form {
     /// How it steps, what it draws, and the mesh.
-    fn scene(&self) -> (Passes, &Appearance, &TetMesh) {
+    fn scene(&self) -> (&RaycastOptions, &Appearance, &TetMesh) {
         match self {
-            Form::Single(single) => {
-                let (appearance, mesh) = single.scene();
-                (Passes::Single, appearance, mesh)
-            }
-            Form::PingPong(ping_pong) => {
-                let (appearance, mesh) = ping_pong.scene();
-                (Passes::PingPong, appearance, mesh)
-            }
+            Form::Single(single) => single.scene(),
+            Form::PingPong(ping_pong) => ping_pong.scene(),
         }
     }
 }
@@ -51,8 +44,7 @@ impl RaycastPeel {
         appearance: &Appearance,
         options: &RaycastOptions,
     ) -> Result<RaycastPeel, Error> {
-        check(options.passes, appearance, &volume.bounds())?;
-        options.validate()?;
+        check(volume, appearance, options)?;
         let form = match options.passes {
             Passes::Single => {
                 Form::Single(Box::new(Single::new(gpu, volume, appearance, options)?))
@@ -89,8 +81,8 @@ impl RaycastPeel {
 
 impl VolumeRenderer for RaycastPeel {
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
-        let (passes, appearance, _) = self.form.scene();
-        check(passes, appearance, &volume.bounds())?;
+        let (options, appearance, _) = self.form.scene();
+        check(volume, appearance, options)?;
         match &mut self.form {
             Form::Single(single) => single.reload(volume),
             Form::PingPong(ping_pong) => ping_pong.reload(volume),
@@ -98,8 +90,8 @@ impl VolumeRenderer for RaycastPeel {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        let (passes, _, mesh) = self.form.scene();
-        check(passes, appearance, &mesh.bounds())?;
+        let (options, _, mesh) = self.form.scene();
+        options.check(appearance, &mesh.bounds())?;
         match &mut self.form {
             Form::Single(single) => single.restyle(appearance),
             Form::PingPong(ping_pong) => ping_pong.restyle(appearance),
@@ -140,32 +132,13 @@ impl Draw for RaycastPeel {
     }
 }
 
-/// Refuses what this many steps a pass do not draw: the paper ends with the volumetric
-/// optical models.
-fn check(passes: Passes, appearance: &Appearance, bounds: &Bounds) -> Result<(), Error> {
-    ABILITIES.check(NAME, appearance, bounds)?;
-    if passes == Passes::Single {
-        return Ok(());
-    }
-    let refused = Abilities::default().check(NAME, appearance, bounds);
-    refused.map_err(|error| match error {
-        Error::Unsupported { renderer, what, .. } => Error::Unsupported {
-            renderer,
-            what: format!("{what} with passes=ping-pong"),
-            reason: "that is as published, with the volumetric models alone; passes=single has it"
-                .into(),
-        },
-        error => error,
-    })
-}
-
 /// The mesh of `volume`.
 pub(crate) fn tetrahedra(volume: &Volume) -> Result<&TetMesh, Error> {
     match volume {
         Volume::Mesh(mesh) => Ok(mesh),
         _ => Err(Error::Unsupported {
             renderer: NAME,
-            what: "a grid".into(),
+            what: "regular grids".into(),
             reason: "it walks from tetrahedron to tetrahedron".into(),
         }),
     }

@@ -21,6 +21,7 @@ use tetrascope_gpu::{
 use tetrascope_shaders::raycast_peel::MARCH;
 
 use crate::NAME;
+use crate::counters::{CELL_VISITS, LAYERS, LOST_RAYS, PATHS, UNPAIRED_FACES};
 use crate::gpu_data::{Counters, March, Progress};
 use crate::options::{Entries, RaycastOptions};
 use crate::renderer::tetrahedra;
@@ -39,7 +40,7 @@ mod cast;
 mod layers;
 mod mesh;
 
-use budget::Budget;
+pub(crate) use budget::Budget;
 use cast::{Cast, Size, Targets};
 use layers::{Layers, Peeling};
 use mesh::Kind;
@@ -149,13 +150,6 @@ pub(crate) fn table(
         OpticalModel::Isosurfaces => Integration::Exact,
         _ => options.integration,
     };
-    if integration != Integration::Exact && appearance.depth_cue.is_some() {
-        return Err(Error::Unsupported {
-            renderer: NAME,
-            what: "a depth cue with a table of integrals".into(),
-            reason: "the cue differs from place to place, the table does not".into(),
-        });
-    }
     let fixed = || preintegration::Fixed {
         length: (mean_chord(segments.mesh) / segments.scale) as f32,
         scalars: segments.scalars,
@@ -277,9 +271,9 @@ impl Single {
     }
 
     /// Bytes on the device between frames, the image not counted.
-    /// What is drawn, and its mesh.
-    pub(crate) fn scene(&self) -> (&Appearance, &TetMesh) {
-        (&self.style.appearance, &self.mesh.source)
+    /// How and what is drawn, and its mesh.
+    pub(crate) fn scene(&self) -> (&RaycastOptions, &Appearance, &TetMesh) {
+        (&self.options, &self.style.appearance, &self.mesh.source)
     }
 
     pub(crate) fn bytes_resident(&self) -> u64 {
@@ -495,7 +489,7 @@ impl Single {
         let found = self.find(view, rays)?;
         if let Found::Layers(layers, _) = &found {
             stats.passes = layers.passes;
-            stats.layers = Some(layers.full);
+            stats.count(LAYERS, layers.full);
         }
         if is_long {
             let found = self.trees(view, rays, found)?;
@@ -555,12 +549,12 @@ fn too_many_faces() -> Error {
 impl Counters {
     fn count(&self, stats: &mut FrameStats) {
         let high = u64::from(self.cell_visits_high) << 32;
-        stats.cell_visits = Some(high | u64::from(self.cell_visits_low));
-        stats.paths = Some(self.paths.into());
-        stats.unpaired_faces = Some(self.unpaired_faces.into());
+        stats.count(CELL_VISITS, high | u64::from(self.cell_visits_low));
+        stats.count(PATHS, self.paths.into());
+        stats.count(UNPAIRED_FACES, self.unpaired_faces.into());
         // A ray that was given up is as lost as one that came out where it should not.
         let (lost, left) = (self.lost_rays, self.rays_left);
-        stats.lost_rays = Some(u64::from(lost) + u64::from(left));
+        stats.count(LOST_RAYS, u64::from(lost) + u64::from(left));
         if left > 0 {
             stats.notes.push(format!(
                 "{left} rays were given up after many dispatches and show a part of what they \

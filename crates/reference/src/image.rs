@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use tetrascope_core::{Frame, FrameStats, View};
 
+use crate::counters::{CELL_VISITS, INCONSISTENT_PIXELS};
 use crate::ray::Outcome;
 
 /// An image in f64 with an error bound for each pixel.
@@ -139,10 +140,10 @@ impl ReferenceImage {
         });
         let mut stats = FrameStats::default();
         stats.cpu_seconds = self.seconds;
-        stats.cell_visits = Some(self.cell_visits);
+        stats.count(CELL_VISITS, self.cell_visits);
         stats.bytes_resident = self.bytes_resident;
         stats.error_bound = Some(worst.fold(0.0, f64::max));
-        stats.inconsistent_pixels = Some(self.inconsistent_pixels);
+        stats.count(INCONSISTENT_PIXELS, self.inconsistent_pixels);
         let mut frame = Frame::new((self.width, self.height), rounded, stats);
         let single = |depths: &Vec<f64>| depths.iter().map(|d| *d as f32).collect();
         frame.depths = self.depths.as_ref().map(single);

@@ -32,6 +32,7 @@
 
 mod bound;
 mod cell;
+pub mod counters;
 mod frame;
 mod geometry;
 mod grid;
@@ -49,8 +50,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use tetrascope_core::{
-    Abilities, Appearance, Bounds, Error, Frame, OpticalModel, TetMesh, View, Volume,
-    VolumeRenderer,
+    Abilities, Appearance, Bounds, Entry, Error, Frame, OpticalModel, Promise, TetMesh, View,
+    Volume, VolumeRenderer,
 };
 
 pub use image::ReferenceImage;
@@ -70,6 +71,23 @@ pub const NAME: &str = "reference";
 
 /// What it draws beyond the volumetric optical models, of meshes and of regular grids.
 pub const ABILITIES: Abilities = Abilities::ALL;
+
+/// What this algorithm says about itself.
+pub const ENTRY: Entry = Entry {
+    name: NAME,
+    title: "exact BVH ray casting, the ground truth",
+    paper: "N. Max, \"Optical Models for Direct Volume Rendering\", IEEE Transactions on \
+            Visualization and Computer Graphics 1(2), 1995, pp. 99-108, doi:10.1109/2945.468400",
+    draws: "any mesh, non-convex, cyclic or overlapping too, and any regular grid in memory, in \
+            every optical model, with depth cue and clip planes, in f64 with an error bound",
+    settings: &[],
+    sweep: |_| &[""],
+    sources: &[],
+    figures: None,
+    promise: |_| Promise::Truth,
+    counters: counters::ALL,
+    supports: |volume, appearance, _, _| supports(volume, appearance),
+};
 
 /// How the reference works; none of it changes a bit of the image.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

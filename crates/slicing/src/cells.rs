@@ -14,10 +14,11 @@ pub(crate) struct CellCorners {
     source: Arc<dyn BrickSource>,
 }
 
-impl CellCorners {
-    /// Of a source with [`Interpolation::Nearest`].
-    pub(crate) fn new(source: Arc<dyn BrickSource>) -> CellCorners {
-        CellCorners { source }
+/// `source`, or what stands for it if its samples fill cells of their own.
+pub(crate) fn between_samples(source: Arc<dyn BrickSource>) -> Arc<dyn BrickSource> {
+    match source.lattice().interpolation {
+        Interpolation::Nearest => Arc::new(CellCorners { source }),
+        _ => source,
     }
 }
 
@@ -84,7 +85,7 @@ mod tests {
             interpolation: Interpolation::Nearest,
         };
         let grid = Grid::on(lattice, Samples::U8((0..6).collect())).expect("valid");
-        let corners = CellCorners::new(Arc::new(grid));
+        let corners = between_samples(Arc::new(grid));
         assert_eq!(corners.lattice().bounds(), lattice.bounds());
         assert_eq!(corners.lattice().cells(), lattice.cells());
         let read = |low, size| corners.read(Region { low, size }).expect("inside");

@@ -61,7 +61,9 @@
 pub mod box_plane;
 mod cells;
 mod count;
+pub mod counters;
 mod cull;
+mod entry;
 mod frame;
 mod frustum;
 mod gpu_data;
@@ -74,6 +76,7 @@ mod skip;
 mod slice;
 mod voxels;
 
+pub use entry::ENTRY;
 pub use options::{
     Crossing, Filtering, Gradient, Integration, Level, MAX_LEVEL, MAX_SLICES_PER_VOXEL,
     MIN_SLICES_PER_VOXEL, Phong, PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength,

@@ -1,7 +1,9 @@
 //! What can be chosen.
 
-use tetrascope_core::{Error, OpticalModel};
+use tetrascope_core::{Error, OpticalModel, Settings};
 use tetrascope_f32::Domain;
+
+use crate::ENTRY;
 
 /// How a grid is sliced.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,26 +55,26 @@ pub const MIN_SLICES_PER_VOXEL: f64 = 0.5;
 /// The greatest [`SlicingOptions::slices_per_voxel`].
 pub const MAX_SLICES_PER_VOXEL: f64 = 64.0;
 
+tetrascope_core::choices! {
+    Integration: "post-classified" = PostClassified, "slabs" = Slabs;
+    Filtering: "exact" = Exact, "hardware" = Hardware;
+    StepLength: "per-ray" = PerRay, "planar" = Planar;
+    SlabEnds: "clipped" = Clipped, "whole" = Whole;
+    PlaneTest: "published" = Published, "sides" = Sides;
+    Slicer: "vertex-program" = VertexProgram, "cpu" = Cpu;
+    Traversal: "cpu" = Cpu, "gpu" = Gpu;
+    Level: "auto" = Auto, "0" = Fixed(0), "1" = Fixed(1), "2" = Fixed(2), "3" = Fixed(3),
+        "4" = Fixed(4), "5" = Fixed(5), "6" = Fixed(6), "7" = Fixed(7);
+    Shading: "none" = None, "phong" = Phong(Phong::DEFAULT);
+    Crossing: "cells" = Cells, "corrected" = Corrected, "linear" = Linear;
+    Gradient: "auto" = Auto, "central-differences" = CentralDifferences, "trilinear" = Trilinear;
+    Storage: "auto" = Auto, "bricks" = Bricks;
+}
+
+/// The defaults of [`ENTRY`]'s settings.
 impl Default for SlicingOptions {
     fn default() -> Self {
-        SlicingOptions {
-            slices_per_voxel: 2.0,
-            integration: Integration::Slabs,
-            filtering: Filtering::Exact,
-            step_length: StepLength::PerRay,
-            slab_ends: SlabEnds::Clipped,
-            plane_test: PlaneTest::Sides,
-            slicer: Slicer::VertexProgram,
-            traversal: Traversal::Cpu,
-            level: Level::Auto,
-            shading: Shading::None,
-            crossing: Crossing::Cells,
-            gradient: Gradient::Auto,
-            domain: None,
-            storage: Storage::Auto,
-            brick_level: Level::Auto,
-            memory_budget: 1 << 30,
-        }
+        SlicingOptions::from_settings(&Settings::defaults(&ENTRY))
     }
 }
 
@@ -260,14 +262,19 @@ pub struct Phong {
     pub shininess: f64,
 }
 
+impl Phong {
+    /// Mostly the color, and a soft highlight.
+    pub const DEFAULT: Phong = Phong {
+        ambient: 0.3,
+        diffuse: 0.7,
+        specular: 0.2,
+        shininess: 20.0,
+    };
+}
+
 impl Default for Phong {
     fn default() -> Self {
-        Phong {
-            ambient: 0.3,
-            diffuse: 0.7,
-            specular: 0.2,
-            shininess: 20.0,
-        }
+        Phong::DEFAULT
     }
 }
 
@@ -306,80 +313,4 @@ pub enum Storage {
     /// Bricks with borders, in the slots of one texture; only those that can show. What
     /// does not fit the budget is streamed while a frame is drawn.
     Bricks,
-}
-
-impl Integration {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Integration); 2] = [
-        ("post-classified", Integration::PostClassified),
-        ("slabs", Integration::Slabs),
-    ];
-}
-
-impl Filtering {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Filtering); 2] = [
-        ("exact", Filtering::Exact),
-        ("hardware", Filtering::Hardware),
-    ];
-}
-
-impl StepLength {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, StepLength); 2] = [
-        ("per-ray", StepLength::PerRay),
-        ("planar", StepLength::Planar),
-    ];
-}
-
-impl SlabEnds {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, SlabEnds); 2] =
-        [("clipped", SlabEnds::Clipped), ("whole", SlabEnds::Whole)];
-}
-
-impl PlaneTest {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, PlaneTest); 2] = [
-        ("published", PlaneTest::Published),
-        ("sides", PlaneTest::Sides),
-    ];
-}
-
-impl Slicer {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Slicer); 2] = [
-        ("vertex-program", Slicer::VertexProgram),
-        ("cpu", Slicer::Cpu),
-    ];
-}
-
-impl Traversal {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Traversal); 2] =
-        [("cpu", Traversal::Cpu), ("gpu", Traversal::Gpu)];
-}
-
-impl Crossing {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Crossing); 3] = [
-        ("cells", Crossing::Cells),
-        ("corrected", Crossing::Corrected),
-        ("linear", Crossing::Linear),
-    ];
-}
-
-impl Gradient {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Gradient); 3] = [
-        ("auto", Gradient::Auto),
-        ("central-differences", Gradient::CentralDifferences),
-        ("trilinear", Gradient::Trilinear),
-    ];
-}
-
-impl Storage {
-    /// Every choice, with its name.
-    pub const ALL: [(&'static str, Storage); 2] =
-        [("auto", Storage::Auto), ("bricks", Storage::Bricks)];
 }

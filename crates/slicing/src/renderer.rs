@@ -25,9 +25,11 @@ use parts::Parts;
 use crate::ABILITIES;
 use crate::NAME;
 use crate::box_plane::POLYGON;
-use crate::cells::CellCorners;
+use crate::cells::between_samples;
 use crate::count::{self, FragmentCounter};
+use crate::counters::{BRICKS_DRAWN, BRICKS_SKIPPED, FRAGMENTS, GEOMETRY_BYTES, VERTICES};
 use crate::cull::{Cast, CullData, CullPass, Culling};
+use crate::entry::check;
 use crate::frame::{FrameGeometry, geometry};
 use crate::gpu_data;
 use crate::octree::{Octree, Place, Visibility};
@@ -112,8 +114,7 @@ impl Slicing {
         appearance: &Appearance,
         options: &SlicingOptions,
     ) -> Result<Slicing, Error> {
-        ABILITIES.check(NAME, appearance, &source.lattice().bounds())?;
-        options.validate()?;
+        check(&*source, appearance, options)?;
         let pass = SlicePass::new(gpu)?;
         let reach = options.reach(appearance.optical_model);
         let volume = Arc::new(Samples::new(source, reach, options.domain)?);
@@ -148,9 +149,10 @@ impl Slicing {
             // Nothing in front of the eye, or nothing that shows.
             slice::clear(commands.encoder(), sums);
             let mut stats = self.stats();
-            stats.bricks_drawn = Some(0);
-            stats.bricks_skipped = Some(box_count);
-            (stats.vertices, stats.fragments) = (Some(0), Some(0));
+            stats.count(BRICKS_DRAWN, 0);
+            stats.count(BRICKS_SKIPPED, box_count);
+            stats.count(VERTICES, 0);
+            stats.count(FRAGMENTS, 0);
             return Ok(Recorded::new(stats));
         };
         let octree = &scene.volume.octree;
@@ -182,7 +184,7 @@ impl Slicing {
         if let Some(counter) = counter {
             let counts = counter.resolve(gpu, commands.encoder())?;
             recorded = recorded.then(move |stats| {
-                stats.fragments = Some(count::total(counts)?);
+                stats.count(FRAGMENTS, count::total(counts)?);
                 Ok(Outcome::Complete)
             });
         }
@@ -193,12 +195,12 @@ impl Slicing {
             recorded = recorded.then(move |stats| {
                 let drawn: Vec<gpu_data::Arguments> = arguments.read()?;
                 let (boxes, indices) = (drawn[0].instance_count, drawn[0].index_count);
-                stats.bricks_drawn = Some(boxes.into());
-                stats.bricks_skipped = Some(culling.box_count - u64::from(boxes));
-                stats.vertices = Some(u64::from(boxes) * slice::vertices(indices));
+                stats.count(BRICKS_DRAWN, boxes.into());
+                stats.count(BRICKS_SKIPPED, culling.box_count - u64::from(boxes));
+                stats.count(VERTICES, u64::from(boxes) * slice::vertices(indices));
                 // As known where the CPU finds that there is nothing to draw.
                 if boxes == 0 {
-                    stats.fragments = Some(0);
+                    stats.count(FRAGMENTS, 0);
                 }
                 Ok(Outcome::Complete)
             });
@@ -314,7 +316,7 @@ impl Slicing {
                 let lows = boxes.iter().map(|place| octree.low(level, *place));
                 let limit = gpu.limits().max_buffer_size;
                 let polygons = Polygons::cut(&uniform, self.options.plane_test, lows, limit)?;
-                stats.vertices = Some(polygons.corners.len() as u64);
+                stats.count(VERTICES, polygons.corners.len() as u64);
                 sent += polygons.bytes();
                 Shape::of(gpu, polygons)?
             }
@@ -342,13 +344,15 @@ impl Slicing {
         let frame = self
             .pass
             .frame(gpu, &uniform, data, [&look, &items], &ends, shape)?;
-        stats.geometry_bytes = Some(sent);
+        stats.count(GEOMETRY_BYTES, sent);
         let known = culling.is_none();
         let slabs = u64::from(geometry.slabs_per_box(size));
-        stats.bricks_drawn = known.then_some(drawn);
-        stats.bricks_skipped = known.then_some(box_count - drawn);
+        if known {
+            stats.count(BRICKS_DRAWN, drawn);
+            stats.count(BRICKS_SKIPPED, box_count - drawn);
+        }
         if known && self.options.slicer == Slicer::VertexProgram {
-            stats.vertices = Some(drawn * slabs * POLYGON as u64);
+            stats.count(VERTICES, drawn * slabs * POLYGON as u64);
         }
         let plan = Plan {
             frame,
@@ -417,7 +421,7 @@ impl Slicing {
 const FRAGMENTS_PER_POLYGON: f64 = 32.0;
 
 /// The grid of `volume`, or why there is none.
-fn source_of(volume: &Volume) -> Result<Arc<dyn BrickSource>, Error> {
+pub(crate) fn source_of(volume: &Volume) -> Result<Arc<dyn BrickSource>, Error> {
     match volume {
         Volume::Grid(grid) => Ok(Arc::new(grid.clone())),
         Volume::Stream(stream) => Ok(stream.source().clone()),
@@ -436,10 +440,7 @@ impl Samples {
         domain: Option<Domain>,
     ) -> Result<Samples, Error> {
         let fills_cells = source.lattice().interpolation == Interpolation::Nearest;
-        let source = match fills_cells {
-            true => Arc::new(CellCorners::new(source)),
-            false => source,
-        };
+        let source = between_samples(source);
         let lattice = source.lattice();
         let octree = Octree::build(&*source, reach)?;
         let [low, high] = octree.range(0, [0; 3]).map(f64::from);

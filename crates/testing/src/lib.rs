@@ -10,6 +10,7 @@ mod application;
 mod data;
 #[cfg(feature = "gpu")]
 mod device;
+mod entries;
 mod grids;
 mod image_error;
 mod looks;
@@ -23,6 +24,7 @@ pub use application::Application;
 pub use data::{angular_sector, blunt_fin, file, liquid_oxygen_post, mesh_data, super_phoenix};
 #[cfg(feature = "gpu")]
 pub use device::gpu;
+pub use entries::{check_counts, every_setting_arrives, refusal};
 pub use grids::{Place, grid, grid_of};
 pub use image_error::{ImageError, apart, between, difference, exactly, scale};
 pub use looks::{knot, look_of, ramp, surfaces, tilted};

@@ -1,108 +1,76 @@
-//! The registry: every algorithm, what it draws, its settings, and how to build it.
+//! The registry: every algorithm's [`Entry`], which its crate brings, and how to build it.
 //!
 //! The command line, the comparison, the benchmarks and the tests iterate over
-//! [`algorithms`] and know no algorithm by name. An algorithm is in the list if its
+//! [`algorithms`] and know none by name; one that is about a single algorithm takes the name
+//! that its crate exports. An algorithm is in the list if its
 //! cargo feature is on.
 
-use tetrascope_core::{Appearance, Error, OpticalModel, View, Volume};
+use std::ops::Deref;
 
-use crate::{Context, Renderer, Setting, Settings};
+use tetrascope_core::{Appearance, Entry, Error, Settings, Volume};
 
-#[cfg(feature = "projection")]
-mod projection;
-#[cfg(feature = "raycast-peel")]
-mod raycast_peel;
+use crate::{Context, Renderer};
+
 #[cfg(feature = "reference")]
 mod reference;
-#[cfg(feature = "slicing")]
-mod slicing;
 
-/// An algorithm: one paper, one crate.
+/// An algorithm: what it says about itself, and how to build it.
 pub struct Algorithm {
-    /// The name on the command line and of the cargo feature.
-    pub name: &'static str,
-    /// What it is, a few words.
-    pub title: &'static str,
-    /// The paper, in full.
-    pub paper: &'static str,
-    /// What it draws, one line.
-    pub draws: &'static str,
+    /// What its crate says.
+    pub entry: Entry,
     /// Whether building it needs a graphics adapter.
     pub needs_gpu: bool,
-    /// Its quality settings.
-    pub settings: &'static [Setting],
-    /// The settings that a comparison tries under an optical model, each as
-    /// "key=value,key=value"; what is left out is at its default.
-    pub sweep: fn(OpticalModel) -> &'static [&'static str],
-    /// How near to the truth its picture is with these settings.
-    pub promise: fn(&Settings) -> Promise,
-    /// Whether it draws this scene; [`Error::Unsupported`] says why not. Needs no device.
-    pub supports: fn(&Volume, &Appearance, &View) -> Result<(), Error>,
     /// Prepares it for a volume and an appearance, so that it can render.
     pub build: Build,
 }
 
-/// How near to the truth a picture is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Promise {
-    /// Each ray's integral, but for rounding.
-    Exact,
-    /// Exact where the optical model commutes, and where the frame says that the order of
-    /// cells is proven ([`FrameStats::order_proven`](tetrascope_core::FrameStats::order_proven)).
-    ExactIfProven,
-    /// Exact where the optical model commutes; else some cells may be blended in the
-    /// wrong order.
-    RoughOrder,
-    /// A channel is changed by at most this by design, for colors of at most 1.
-    Within(f64),
-    /// An error that depends on the scene.
-    Open,
+impl Deref for Algorithm {
+    type Target = Entry;
+
+    fn deref(&self) -> &Entry {
+        &self.entry
+    }
 }
 
 /// Builds a renderer: makes the device if it needs one, uploads the volume.
 pub type Build = fn(&Context, &Volume, &Appearance, &Settings) -> Result<Renderer, Error>;
 
+/// An algorithm that draws on a GPU: its crate, renderer and options.
+#[cfg(feature = "gpu")]
+macro_rules! on_gpu {
+    ($krate:ident, $renderer:ident, $options:ident) => {
+        Algorithm {
+            entry: $krate::ENTRY,
+            needs_gpu: true,
+            build: |context, volume, appearance, settings| {
+                let options = $krate::$options::from_settings(settings);
+                let renderer =
+                    $krate::$renderer::new(context.gpu()?, volume, appearance, &options)?;
+                Ok(Renderer::Gpu(Box::new(renderer)))
+            },
+        }
+    };
+}
+
 const ALL: &[Algorithm] = &[
     #[cfg(feature = "reference")]
     reference::ALGORITHM,
     #[cfg(feature = "projection")]
-    projection::ALGORITHM,
+    on_gpu!(tetrascope_projection, Projection, ProjectionOptions),
     #[cfg(feature = "raycast-peel")]
-    raycast_peel::ALGORITHM,
+    on_gpu!(tetrascope_raycast_peel, RaycastPeel, RaycastOptions),
     #[cfg(feature = "slicing")]
-    slicing::ALGORITHM,
+    on_gpu!(tetrascope_slicing, Slicing, SlicingOptions),
 ];
-
-/// The value that setting `name` chooses among an option's `all`.
-#[cfg(feature = "gpu")]
-fn choice<T: Copy>(settings: &Settings, name: &str, all: &[(&str, T)]) -> T {
-    let value = settings.get(name);
-    let found = all.iter().find(|(word, _)| *word == value);
-    found.expect("the entry lists what the crate offers").1
-}
-
-/// What entries are tested with: the words that they offer, and those of the crates.
-#[cfg(all(test, feature = "gpu"))]
-mod words {
-    use super::Algorithm;
-    use crate::settings::Values;
-
-    pub(super) fn offered(algorithm: &Algorithm, name: &str) -> Vec<&'static str> {
-        let setting = algorithm.settings.iter().find(|s| s.name == name);
-        match setting.map(|s| &s.values) {
-            Some(Values::Choice(words)) => words.to_vec(),
-            other => panic!("{name}: {other:?}"),
-        }
-    }
-
-    pub(super) fn of<T>(all: &[(&'static str, T)]) -> Vec<&'static str> {
-        all.iter().map(|(word, _)| *word).collect()
-    }
-}
 
 /// Every algorithm that was compiled in, the ground truth first.
 pub fn algorithms() -> &'static [Algorithm] {
     ALL
+}
+
+/// The ground truth, if it was compiled in.
+pub fn truth() -> Option<&'static Algorithm> {
+    ALL.iter().find(|algorithm| algorithm.is_truth())
 }
 
 /// The algorithm called `name`; an unknown name is refused with those that exist.
@@ -116,46 +84,9 @@ pub fn algorithm(name: &str) -> Result<&'static Algorithm, Error> {
 }
 
 #[cfg(test)]
-pub(crate) mod testing {
-    use super::*;
-    use crate::Values;
-
-    /// An algorithm with a setting of each kind, to test settings with.
-    pub(crate) const FAKE: Algorithm = Algorithm {
-        name: "fake",
-        title: "",
-        paper: "",
-        draws: "",
-        needs_gpu: false,
-        settings: &[
-            Setting {
-                name: "order",
-                about: "",
-                values: Values::Choice(&["exact", "fast"]),
-                default: "exact",
-            },
-            Setting {
-                name: "samples",
-                about: "",
-                values: Values::Integer { min: 1, max: 64 },
-                default: "4",
-            },
-            Setting {
-                name: "bias",
-                about: "",
-                values: Values::Number { min: 0.0, max: 1.0 },
-                default: "0.5",
-            },
-        ],
-        sweep: |_| &[""],
-        promise: |_| Promise::Exact,
-        supports: |_, _, _| Ok(()),
-        build: |_, _, _, _| Err(Error::invalid("it draws nothing")),
-    };
-}
-
-#[cfg(test)]
 mod tests {
+    use tetrascope_core::OpticalModel;
+
     use super::*;
 
     #[test]
@@ -167,6 +98,14 @@ mod tests {
             }
             for setting in a.settings {
                 assert!(setting.values.contain(setting.default), "{}", setting.name);
+            }
+            let swept = |setting| {
+                OpticalModel::ALL
+                    .iter()
+                    .any(|m| (a.sweep)(*m).contains(setting))
+            };
+            for source in a.sources {
+                assert!(swept(&source.with) && source.without.as_ref().is_none_or(swept));
             }
             for model in OpticalModel::ALL {
                 let sweep = (a.sweep)(model);

@@ -53,11 +53,10 @@ mod context;
 pub mod emptiness;
 mod help;
 mod renderer;
-mod settings;
 pub mod volumes;
 
-pub use algorithms::{Algorithm, Promise, algorithm, algorithms};
+pub use algorithms::{Algorithm, algorithm, algorithms, truth};
 pub use context::{Context, Progress};
 pub use help::help;
 pub use renderer::Renderer;
-pub use settings::{Setting, Settings, Values};
+pub use tetrascope_core::{Entry, Promise, Setting, Settings, Values};

@@ -9,9 +9,6 @@ use tetrascope::volumes;
 
 use super::Options;
 
-/// The algorithm that says what is right.
-pub(super) const TRUTH: &str = "reference";
-
 /// What is drawn when nothing is named: two convex meshes and one with notches.
 const DEFAULT_SCENES: [&str; 3] = ["sphere", "orbital", "heat-sink"];
 
@@ -85,7 +82,7 @@ pub(super) fn plan(options: &Options) -> Result<Plan, Error> {
             (image.width, image.height) = (Some(DEFAULT_SIDE), Some(DEFAULT_SIDE));
         }
     }
-    let mut algorithms = vec![tetrascope::algorithm(TRUTH)?];
+    let mut algorithms = Vec::from_iter(tetrascope::truth());
     let chosen: Vec<&'static Algorithm> = match options.algorithms.is_empty() {
         true => tetrascope::algorithms().iter().collect(),
         false => {
@@ -96,7 +93,7 @@ pub(super) fn plan(options: &Options) -> Result<Plan, Error> {
             found.collect::<Result<_, _>>()?
         }
     };
-    algorithms.extend(chosen.into_iter().filter(|a| a.name != TRUTH));
+    algorithms.extend(chosen.into_iter().filter(|a| !a.is_truth()));
     Ok(Plan {
         scenes,
         algorithms,

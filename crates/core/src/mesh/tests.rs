@@ -176,6 +176,33 @@ fn a_mirrored_hexahedron_is_fixed_and_counted() {
 }
 
 #[test]
+fn a_mesh_keeps_its_cells_if_asked() {
+    let mut points = cube();
+    points.extend((1..=6).map(|i| DVec3::X * f64::from(i)));
+    let list = [
+        (5, &[0, 1, 2][..]),
+        (12, &[0, 1, 2, 3, 4, 5, 6, 7]),
+        (24, &[8, 1, 2, 5, 9, 10, 11, 12, 13, 8]),
+    ];
+    let given = Arc::new(cells(&list));
+    let split = Split::default();
+    let mesh = TetMesh::keeping_cells(points.clone(), given.clone(), scalars(14), split);
+    let mesh = mesh.expect("valid");
+    let other = mesh.with_scalars(scalars(14)).expect("as many");
+    for mesh in [&mesh, &other] {
+        let kept = mesh.cells().expect("asked for");
+        assert!(Arc::ptr_eq(kept, &given));
+        for (cell, corners) in mesh.tetrahedra().iter().enumerate() {
+            let (_, named) = list[mesh.source_cell(cell)];
+            assert!(corners.iter().all(|&c| named.contains(&u64::from(c))));
+        }
+    }
+    let without = TetMesh::new(points, &given, scalars(14)).expect("valid");
+    assert_eq!(without.cells(), None);
+    assert_eq!(without.tetrahedra(), mesh.tetrahedra());
+}
+
+#[test]
 fn curved_cells_keep_their_corners_and_flat_ones_are_skipped() {
     let mut points = cube();
     points.extend(corner());

@@ -170,7 +170,6 @@ impl SurfaceData {
         let (side, texels) = match search {
             SurfaceSearch::Exact => (0, vec![0]),
             SurfaceSearch::Table { n, thickness } => {
-                search.validate()?;
                 let values = surfaces(appearance).into_iter();
                 let values: Vec<f32> = values.map(|s| map.scalar(s.value)).collect();
                 (n, thickened(&values, n, thickness, range))

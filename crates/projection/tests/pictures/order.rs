@@ -9,6 +9,7 @@ use tetrascope_core::{
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
+use tetrascope_projection::counters::{FRAGMENTS_SORTED, LOST_RAYS, VISIBILITY_CYCLES};
 use tetrascope_projection::{Order, Projection, ProjectionOptions};
 use tetrascope_testing::{self as testing, between, point_scalars, split, tetrahedra_of};
 
@@ -291,7 +292,7 @@ fn a_cycle_in_a_convex_mesh_is_sorted_in_each_pixel() {
                 ..*view
             };
             let stats = by_faces.render(&small).expect("a picture").stats;
-            stats.visibility_cycles > Some(0)
+            stats.get(VISIBILITY_CYCLES) > Some(0)
         })
         .expect("some side has a cycle");
     let broken = by_faces.render(&view).expect("a picture").stats;
@@ -306,7 +307,7 @@ fn a_cycle_in_a_convex_mesh_is_sorted_in_each_pixel() {
         let note = "fragments are sorted in each pixel: cells hide each other in a cycle";
         assert_eq!(frame.stats.notes, [note]);
         assert_eq!(frame.stats.order_proven, Some(true));
-        assert!(frame.stats.fragments_sorted > Some(0));
+        assert!(frame.stats.get(FRAGMENTS_SORTED) > Some(0));
         check("a cycle", &frame, &truth(&volume, &appearance, &view));
     }
 }
@@ -381,11 +382,14 @@ fn long_lists_are_sorted_in_turns() {
         let (frame, truth) = sorted_in_pixels(&gpu, &stack(count), 6);
         let (rmse, most) = between(&frame, &truth);
         eprintln!("{count}: RMSE {rmse:.1e}, max {most:.1e}");
-        assert_eq!(frame.stats.fragments_sorted, Some(36 * u64::from(count)));
+        assert_eq!(
+            frame.stats.get(FRAGMENTS_SORTED),
+            Some(36 * u64::from(count))
+        );
         // Vertices and the sum over the background, the fill, and the turns.
         assert_eq!(frame.stats.passes, 3 + turns, "{count}");
         assert_eq!(
-            (frame.stats.lost_rays, frame.stats.order_proven),
+            (frame.stats.get(LOST_RAYS), frame.stats.order_proven),
             (Some(0), Some(true))
         );
         assert!(rmse <= 2.5e-5 && most <= 1e-4, "{count}: {rmse:e} {most:e}");
@@ -440,10 +444,10 @@ fn the_cells_of_a_long_column_are_sorted() {
         &with_order(Order::PerPixel),
     );
     let (rmse, most) = between(&frame, &truth(&volume, &appearance, &view));
-    let fragments = frame.stats.fragments_sorted.expect("counted");
+    let fragments = frame.stats.get(FRAGMENTS_SORTED).expect("counted");
     eprintln!("{fragments} fragments: RMSE {rmse:.1e}, max {most:.1e}");
     assert!(fragments >= 4 * 70_000, "{fragments}");
-    assert_eq!(frame.stats.lost_rays, Some(0));
+    assert_eq!(frame.stats.get(LOST_RAYS), Some(0));
     assert!(rmse <= 5e-5 && most <= 2e-4, "{rmse:e} {most:e}");
 }
 
@@ -456,7 +460,7 @@ fn a_hundred_thousand_fragments_are_sorted_in_a_pixel() {
     let (frame, truth) = sorted_in_pixels(&gpu, &stack(100_000), 4);
     let (rmse, most) = between(&frame, &truth);
     eprintln!("RMSE {rmse:.1e}, max {most:.1e}");
-    assert_eq!(frame.stats.lost_rays, Some(0));
+    assert_eq!(frame.stats.get(LOST_RAYS), Some(0));
     // As above for n = 100 000.
     assert!(rmse <= 6e-5 && most <= 2.5e-4, "{rmse:e} {most:e}");
 }
@@ -552,7 +556,7 @@ fn bodies_in_a_row_are_drawn_in_their_order() {
             &view,
             &ProjectionOptions::default(),
         );
-        assert!(frame.stats.fragments_sorted > Some(100_000));
+        assert!(frame.stats.get(FRAGMENTS_SORTED) > Some(100_000));
         check("a row", &frame, &truth(&volume, &appearance, &view));
     }
 }

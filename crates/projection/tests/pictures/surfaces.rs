@@ -9,6 +9,7 @@ use tetrascope_core::{
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::{self, CompareFunction, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Draw as _, Gpu, Over, SceneDepth, Target, read_back};
+use tetrascope_projection::counters::CELLS_SKIPPED;
 use tetrascope_projection::{Projection, ProjectionOptions, SurfaceSearch};
 use tetrascope_testing::{self as testing, is_near_explained};
 
@@ -600,7 +601,7 @@ fn volume_and_surfaces_follow_each_other() {
     renderer.restyle(&surfaces).expect("surfaces");
     let frame = renderer.render(&view).expect("a frame");
     assert!(check("restyled", &volume, &surfaces, &view, &frame) > 100);
-    let skipped = frame.stats.cells_skipped.expect("counted");
+    let skipped = frame.stats.get(CELLS_SKIPPED).expect("counted");
     assert!(skipped > 0, "cells without a surface are not drawn");
     renderer.restyle(&volumetric).expect("a volume");
     let after = renderer.render(&view).expect("a frame");

@@ -7,6 +7,9 @@ use tetrascope_core::{
 };
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::{Draw as _, Gpu, Target, read_back, wgpu};
+use tetrascope_projection::counters::{
+    BYTES_PER_VIEW, CELLS_DRAWN, CELLS_SKIPPED, CELLS_SORTED, FRAGMENTS_SORTED, VISIBILITY_CYCLES,
+};
 use tetrascope_projection::{Order, Projection, ProjectionOptions, Sort};
 use tetrascope_testing::{self as testing, between, kuhn, mesh};
 
@@ -68,7 +71,10 @@ fn compare(test: &str, name: &str, cells: u64, order: Order, (rmse, worst): (f64
             eprintln!(
                 "{name} {order:?} {optical_model:?} {from}: RMSE {:.1e}, max {:.1e}, \
                  cycles {:?}, fragments {:?}",
-                found.0, found.1, picture.stats.visibility_cycles, picture.stats.fragments_sorted,
+                found.0,
+                found.1,
+                picture.stats.get(VISIBILITY_CYCLES),
+                picture.stats.get(FRAGMENTS_SORTED),
             );
             assert!(
                 found.0 <= rmse && found.1 <= worst,
@@ -118,7 +124,10 @@ fn centroids_are_sorted_alike_on_the_device_and_on_the_cpu() {
             });
             assert_eq!(gpu_frame.stats.bytes_uploaded, 0);
             assert!(cpu_frame.stats.bytes_uploaded > 0);
-            assert_eq!(gpu_frame.stats.cells_sorted, cpu_frame.stats.cells_sorted);
+            assert_eq!(
+                gpu_frame.stats.get(CELLS_SORTED),
+                cpu_frame.stats.get(CELLS_SORTED)
+            );
             let (rmse, worst) = between(&gpu_frame, &cpu_frame);
             assert!(worst < 1e-6, "{name} {from}: {rmse:e} {worst:e}");
         }
@@ -248,7 +257,11 @@ fn cycles_are_counted_and_sorting_in_each_pixel_has_none() {
         renderer.render(&view).expect("a picture")
     };
     let mpvo = drawn(Order::Mpvo);
-    assert!(mpvo.stats.visibility_cycles > Some(0), "{:?}", mpvo.stats);
+    assert!(
+        mpvo.stats.get(VISIBILITY_CYCLES) > Some(0),
+        "{:?}",
+        mpvo.stats
+    );
     assert_eq!(
         mpvo.pixels,
         drawn(Order::Mpvo).pixels,
@@ -286,7 +299,10 @@ fn tiles_lose_no_fragment() {
     for bytes in [24 * 5000, 24 * 600] {
         let tiled = drawn(bytes).expect("a picture");
         assert!(tiled.stats.passes > 10, "{}", tiled.stats.passes);
-        assert_eq!(tiled.stats.fragments_sorted, whole.stats.fragments_sorted);
+        assert_eq!(
+            tiled.stats.get(FRAGMENTS_SORTED),
+            whole.stats.get(FRAGMENTS_SORTED)
+        );
         // The same fragments in the same order: the same bits.
         assert_eq!(tiled.pixels, whole.pixels);
     }
@@ -441,9 +457,9 @@ fn what_is_left_out_is_counted() {
         "the scene hides some cells and shows some"
     );
     let stats = renderer.render(&view).expect("a picture").stats;
-    assert_eq!(stats.cells_drawn, Some(shown));
-    assert_eq!(stats.cells_skipped, Some(cells - shown));
-    assert_eq!(stats.cells_sorted, Some(shown));
+    assert_eq!(stats.get(CELLS_DRAWN), Some(shown));
+    assert_eq!(stats.get(CELLS_SKIPPED), Some(cells - shown));
+    assert_eq!(stats.get(CELLS_SORTED), Some(shown));
     assert_eq!(stats.passes, 4);
     // Four indices and a range a cell, four numbers a vertex as it is and as the eye sees
     // it, and for each of one or two pieces a cell: what it is of, its index, and two keys
@@ -461,7 +477,7 @@ fn what_is_left_out_is_counted() {
     appearance.optical_model = OpticalModel::Absorption;
     renderer.restyle(&appearance).expect("it fits");
     let stats = renderer.render(&view).expect("a picture").stats;
-    assert_eq!((stats.cells_sorted, stats.passes), (Some(0), 3));
+    assert_eq!((stats.get(CELLS_SORTED), stats.passes), (Some(0), 3));
 
     // No cell has a scalar.
     let mut scalars = mesh.scalars().clone();
@@ -470,7 +486,7 @@ fn what_is_left_out_is_counted() {
     renderer.reload(&blank).expect("it fits");
     let frame = renderer.render(&view).expect("a picture");
     assert_eq!(
-        (frame.stats.cells_drawn, frame.stats.cells_skipped),
+        (frame.stats.get(CELLS_DRAWN), frame.stats.get(CELLS_SKIPPED)),
         (Some(0), Some(cells))
     );
     let background = view.premultiplied_background().map(|c| c as f32);
@@ -497,7 +513,7 @@ fn a_cell_takes_at_most_64_bytes() {
                         ..ProjectionOptions::default()
                     };
                     let stats = drawn(&gpu, &volume, &appearance, &view, &options).stats;
-                    let per_view = stats.bytes_per_view.expect("counted");
+                    let per_view = stats.get(BYTES_PER_VIEW).expect("counted");
                     let lasting = stats.bytes_resident - per_view;
                     let a_cell = |bytes: u64| bytes as f64 / volume.cell_count() as f64;
                     let [lasting, per_view] = [lasting, per_view].map(a_cell);
@@ -574,7 +590,7 @@ fn the_callers_texture_gets_the_same_picture() {
     let bytes: Vec<[u8; 4]> = copy.read().expect("readable");
     let frame = renderer.render(&view).expect("a picture");
     let stats = recorded.expect("recorded").statistics().expect("counted");
-    assert_eq!(stats.cells_drawn, frame.stats.cells_drawn);
+    assert_eq!(stats.get(CELLS_DRAWN), frame.stats.get(CELLS_DRAWN));
     for (byte, pixel) in bytes.iter().zip(&frame.pixels) {
         for (b, p) in byte.iter().zip(pixel) {
             assert!(

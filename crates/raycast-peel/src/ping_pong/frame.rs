@@ -17,6 +17,9 @@ use super::mesh::Boundary;
 use super::passes::{BEFORE, DEPTHS, TEXELS, record_clear};
 use super::tiles::{Tile, tiles};
 use crate::NAME;
+use crate::counters::{
+    FRAGMENTS, LAYERS, LEAST_TILE_PASSES, LOST_RAYS, MOST_TILE_PASSES, TILES_DRAWN, TILES_SKIPPED,
+};
 use crate::options::Crossings;
 
 /// Textures as large as the image, which live as long as a frame.
@@ -140,10 +143,13 @@ impl PingPong {
         stats.passes += 1;
         let drawn = || all.iter().filter(|tile| seen[tile.index]);
         let steps = || drawn().map(|tile| drawing.steps[tile.index]);
-        stats.tiles_drawn = Some(drawn().count() as u64);
-        stats.tiles_skipped = Some((all.len() - drawn().count()) as u64);
-        stats.tile_passes = steps().min().zip(steps().max()).map(|(a, b)| [a, b]);
-        stats.lost_rays = Some(drawing.lost_rays);
+        stats.count(TILES_DRAWN, drawn().count() as u64);
+        stats.count(TILES_SKIPPED, (all.len() - drawn().count()) as u64);
+        if let (Some(least), Some(most)) = (steps().min(), steps().max()) {
+            stats.count(LEAST_TILE_PASSES, least);
+            stats.count(MOST_TILE_PASSES, most);
+        }
+        stats.count(LOST_RAYS, drawing.lost_rays);
         if drawing.lost_rays > 0 {
             stats.notes.push(format!(
                 "{} rays were given up in the mesh and show a part of what they cross",
@@ -242,8 +248,8 @@ impl<'a> Drawing<'a> {
         let usage = BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC;
         let answers = gpu.buffer("ping-pong::answers", 8 * TILES as u64, usage)?;
         let mut stats = FrameStats::default();
-        stats.layers = Some(0);
-        stats.fragments = Some(0);
+        stats.count(LAYERS, 0);
+        stats.count(FRAGMENTS, 0);
         gpu.checked("ping-pong", 0, || {
             let textures = mesh.textures().map(|t| t.create_view(&Default::default()));
             let textures = [0, 1, 2].map(|i| BindingResource::TextureView(&textures[i]));
@@ -394,13 +400,13 @@ impl<'a> Drawing<'a> {
                 for tile in &left {
                     drawn[tile.index] = 1;
                     self.steps[tile.index] += 1;
-                    *self.stats.fragments.get_or_insert(0) += tile.pixels();
+                    self.stats.add(FRAGMENTS, tile.pixels());
                 }
             }
             left = self.remaining(encoder, read, &left, LoadOp::Load)?;
         }
         self.tally(layer, drawn)?;
-        *self.stats.layers.get_or_insert(0) += 1;
+        self.stats.add(LAYERS, 1);
         Ok(())
     }
 

@@ -16,6 +16,7 @@ use tetrascope_core::glam::{DAffine3, Vec3};
 
 use super::*;
 use crate::RaycastPeel;
+use crate::counters::LOST_RAYS;
 
 /// Cubes along each side of a mesh.
 const CUBES: usize = 3;
@@ -420,5 +421,5 @@ fn integers_decide_as_floats_do() {
     };
     let (floats, integers) = (draw(false), draw(true));
     assert!(floats.pixels == integers.pixels);
-    assert_eq!(floats.stats.lost_rays, Some(0));
+    assert_eq!(floats.stats.get(LOST_RAYS), Some(0));
 }

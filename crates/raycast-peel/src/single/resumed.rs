@@ -11,6 +11,7 @@ use tetrascope_testing as testing;
 
 use super::*;
 use crate::RaycastPeel;
+use crate::counters::{CELL_VISITS, LOST_RAYS, PATHS, UNPAIRED_FACES};
 
 /// A dispatch looks at forty boundary faces and takes each ray through up to eight cells.
 const TINY: Budget = Budget {
@@ -198,7 +199,7 @@ fn many_dispatches_draw_the_bits_of_one() {
             for ((from, view), expected) in views.iter().zip(&expected) {
                 let what = format!("{name}, {from}, {budget:?}");
                 let frame = single.render(view).expect("a frame");
-                assert!(expected.stats.paths > Some(0), "{what}");
+                assert!(expected.stats.get(PATHS) > Some(0), "{what}");
                 let more = frame.stats.passes > expected.stats.passes;
                 assert!(more || *from != "along", "{what}");
                 let (got, wanted) = (bits(&frame), bits(expected));
@@ -206,11 +207,15 @@ fn many_dispatches_draw_the_bits_of_one() {
                 assert_eq!(differ, 0, "{what}: {differ} numbers");
                 let counted = |frame: &Frame| {
                     let stats = &frame.stats;
-                    [stats.cell_visits, stats.paths, stats.lost_rays]
+                    [
+                        stats.get(CELL_VISITS),
+                        stats.get(PATHS),
+                        stats.get(LOST_RAYS),
+                    ]
                 };
                 assert_eq!(counted(&frame), counted(expected), "{what}");
-                assert_eq!(frame.stats.lost_rays, Some(0), "{what}");
-                assert_eq!(frame.stats.unpaired_faces, Some(0), "{what}");
+                assert_eq!(frame.stats.get(LOST_RAYS), Some(0), "{what}");
+                assert_eq!(frame.stats.get(UNPAIRED_FACES), Some(0), "{what}");
             }
         }
     }
@@ -248,12 +253,12 @@ fn rays_that_are_given_up_are_counted() {
         (stats, pixels)
     };
     let (stats, pixels) = recorded(new());
-    assert_eq!(stats.lost_rays, Some(0));
-    assert_eq!(stats.paths, expected.stats.paths);
+    assert_eq!(stats.get(LOST_RAYS), Some(0));
+    assert_eq!(stats.get(PATHS), expected.stats.get(PATHS));
     assert!(pixels == expected.pixels);
     // Too few for any of them.
     let (stats, pixels) = recorded(new().with(TINY));
-    assert!(stats.lost_rays > Some(0), "{stats:?}");
+    assert!(stats.get(LOST_RAYS) > Some(0), "{stats:?}");
     assert!(pixels != expected.pixels);
     let single = new().with(TINY);
     let rays = Rays::new(&view, &single.mesh.normalization);
@@ -287,7 +292,7 @@ fn rays_that_are_given_up_are_counted() {
     counters.lost_rays = 3;
     let mut stats = FrameStats::default();
     counters.count(&mut stats);
-    assert_eq!(stats.lost_rays, Some(u64::from(left) + 3));
+    assert_eq!(stats.get(LOST_RAYS), Some(u64::from(left) + 3));
     assert!(stats.notes[0].starts_with(&format!("{left} rays were given up")));
     assert!(stats.notes[1].starts_with("3 rays came out"));
 }

@@ -5,6 +5,7 @@ use tetrascope_core::{
     VolumeRenderer as _,
 };
 use tetrascope_gpu::{Draw as _, Gpu, Target};
+use tetrascope_raycast_peel::counters::{CELL_VISITS, LAYERS, LOST_RAYS, PATHS, UNPAIRED_FACES};
 use tetrascope_raycast_peel::{Entries, Locality, RaycastOptions, RaycastPeel};
 use tetrascope_testing::{
     self as testing, angular_sector, cells, cutting, fitted, inside, liquid_oxygen_post,
@@ -61,15 +62,15 @@ impl Both {
         let counted = |frame: &Frame| {
             let stats = &frame.stats;
             [
-                stats.unpaired_faces,
-                stats.lost_rays,
-                stats.paths,
-                stats.cell_visits,
+                stats.get(UNPAIRED_FACES),
+                stats.get(LOST_RAYS),
+                stats.get(PATHS),
+                stats.get(CELL_VISITS),
             ]
         };
         assert_eq!(counted(&lists), counted(&layers), "{what}");
-        assert_eq!(layers.stats.lost_rays, Some(0), "{what}");
-        assert_eq!(lists.stats.layers, None, "{what}");
+        assert_eq!(layers.stats.get(LOST_RAYS), Some(0), "{what}");
+        assert_eq!(lists.stats.get(LAYERS), None, "{what}");
         layers
     }
 }
@@ -89,7 +90,7 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume, appearance: &Appearance) {
         for (from, view) in views(volume) {
             let what = format!("{name}, {look}, {from}");
             let frame = both.compare(&what, &view);
-            let layers = frame.stats.layers.expect("counted");
+            let layers = frame.stats.get(LAYERS).expect("counted");
             // Clears, these layers, one that is empty and so known to be the last, the march, and
             // what puts it over the background.
             assert_eq!(frame.stats.passes, 1 + layers + 1 + 1 + 1, "{what}");
@@ -121,7 +122,7 @@ fn layers_give_the_bits_of_lists() {
         ..RaycastOptions::default()
     };
     let frame = draw(&gpu, &volume, &appearance, &options, &view);
-    assert_eq!((frame.stats.layers, frame.stats.passes), (Some(2), 6));
+    assert_eq!((frame.stats.get(LAYERS), frame.stats.passes), (Some(2), 6));
 }
 
 /// Nested and touching boundaries, early termination, and integers that decide.
@@ -163,7 +164,7 @@ fn faces_in_one_place_are_all_peeled() {
     let mut most = 0;
     for (from, view) in views(&volume) {
         let frame = both.compare(from, &view);
-        most = most.max(frame.stats.layers.expect("counted"));
+        most = most.max(frame.stats.get(LAYERS).expect("counted"));
     }
     // Rays cross several cubes.
     assert!(most >= 6, "{most}");
@@ -202,7 +203,7 @@ fn entries_a_hair_apart_are_in_one_order() {
     let both = Both::new(&gpu, &volume, &ramp(&volume), &options);
     let view = fitted(&volume, CameraFit::MinusZ, true, SIDE);
     let frame = both.compare("overlapping", &view);
-    assert_eq!(frame.stats.layers, Some(6));
+    assert_eq!(frame.stats.get(LAYERS), Some(6));
 }
 
 /// More layers than memory is spent on: a ray in all of them searches lists.
@@ -221,7 +222,7 @@ fn rays_in_more_layers_than_there_are_lose_none() {
             let what = format!("{plates} plates, {from}");
             let frame = both.compare(&what, &view);
             if from == "outside" {
-                assert_eq!(frame.stats.layers, Some(layers), "{what}");
+                assert_eq!(frame.stats.get(LAYERS), Some(layers), "{what}");
             }
         }
     }

@@ -7,6 +7,7 @@ use tetrascope_core::{
     TransferFunction, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
+use tetrascope_raycast_peel::counters::{CELL_VISITS, LOST_RAYS, PATHS};
 use tetrascope_raycast_peel::{Entries, Locality, Passes, RaycastOptions};
 use tetrascope_testing::{
     self as testing, ImageError, data_set, fitted, jumping, scale, split, truth, view,
@@ -176,7 +177,7 @@ fn check_look(
             "{what}: {rmse:.1e}, {max:.1e} of {unit:.1}, {} passes",
             frame.stats.passes
         );
-        assert_eq!(frame.stats.lost_rays, Some(0), "{what}");
+        assert_eq!(frame.stats.get(LOST_RAYS), Some(0), "{what}");
         assert!(
             frame.stats.notes.is_empty(),
             "{what}: {:?}",
@@ -293,13 +294,13 @@ fn long_paths_are_followed_to_their_ends() {
                 &view,
             );
             let ImageError { rmse, max, .. } = ImageError::against(&exact.pixels, &frame);
-            let cells = frame.stats.cell_visits.expect("counted") / 9;
+            let cells = frame.stats.get(CELL_VISITS).expect("counted") / 9;
             let what = format!("{}, parallel: {orthographic}", model.name());
             println!(
                 "{what}: {rmse:.1e}, {max:.1e}, {cells} cells, {} passes",
                 frame.stats.passes
             );
-            assert_eq!(frame.stats.lost_rays, Some(0), "{what}");
+            assert_eq!(frame.stats.get(LOST_RAYS), Some(0), "{what}");
             assert!(cells > 70_000, "{what}: {cells}");
             assert!(rmse <= 3e-5, "{what}: {rmse:e}");
         }
@@ -415,8 +416,8 @@ fn cells_that_share_no_points_are_passed_one_after_the_other() {
     let view = fitted(&whole, CameraFit::PlusZ, false, SIDE);
     let [a, b] =
         [&whole, &split(&mesh)].map(|volume| draw(&gpu, volume, &appearance, &defaults, &view));
-    assert_eq!(a.stats.paths, b.stats.paths);
-    assert_eq!(a.stats.cell_visits, b.stats.cell_visits);
+    assert_eq!(a.stats.get(PATHS), b.stats.get(PATHS));
+    assert_eq!(a.stats.get(CELL_VISITS), b.stats.get(CELL_VISITS));
     assert_eq!(a.stats.bytes_resident, b.stats.bytes_resident);
 }
 

@@ -6,6 +6,7 @@ use tetrascope_core::{
     Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
+use tetrascope_raycast_peel::counters::CELL_VISITS;
 use tetrascope_raycast_peel::{RaycastOptions, RaycastPeel};
 use tetrascope_reference::Reference;
 use tetrascope_testing::{
@@ -101,14 +102,14 @@ fn what_planes_cut_away_is_not_visited() {
     let (volume, mut appearance) = scene("sphere", 3000);
     let view = outside_and_inside(&volume, 40)[0];
     let (rays, _) = new(&gpu, &volume, &appearance);
-    let whole = rays.render(&view).expect("a frame").stats.cell_visits;
+    let whole = rays.render(&view).expect("a frame").stats.get(CELL_VISITS);
     // All but the part near the camera.
     appearance.clip_planes = vec![ClipPlane {
         point: volume.bounds().center() + 0.5 * DVec3::ONE.normalize(),
         normal: DVec3::ONE,
     }];
     let (rays, _) = new(&gpu, &volume, &appearance);
-    let near = rays.render(&view).expect("a frame").stats.cell_visits;
+    let near = rays.render(&view).expect("a frame").stats.get(CELL_VISITS);
     assert!(
         2 * near.expect("counted") < whole.expect("counted"),
         "{near:?} {whole:?}"

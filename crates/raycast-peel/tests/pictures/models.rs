@@ -6,6 +6,7 @@ use tetrascope_core::{
     Projection, TetMesh, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
+use tetrascope_raycast_peel::counters::{LOST_RAYS, UNPAIRED_FACES};
 use tetrascope_raycast_peel::{Passes, RaycastOptions};
 use tetrascope_reference::Reference;
 use tetrascope_testing::{
@@ -100,7 +101,7 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume) {
             let mut frame = single.render(&view).expect("a frame");
             if let Some(stepped) = &stepped {
                 let stepped = stepped.render(&view).expect("a frame");
-                assert_eq!(stepped.stats.lost_rays, Some(0), "{what}");
+                assert_eq!(stepped.stats.get(LOST_RAYS), Some(0), "{what}");
                 let apart = ImageError::against(&exactly(&frame), &stepped);
                 let scale = scale(&exact.pixels);
                 println!(
@@ -109,8 +110,8 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume) {
                 );
                 assert!(apart.max <= APART * scale, "{what}: {apart:?}");
             }
-            assert_eq!(frame.stats.lost_rays, Some(0), "{what}");
-            assert_eq!(frame.stats.unpaired_faces, Some(0), "{what}");
+            assert_eq!(frame.stats.get(LOST_RAYS), Some(0), "{what}");
+            assert_eq!(frame.stats.get(UNPAIRED_FACES), Some(0), "{what}");
             let scale = scale(&exact.pixels);
             let outlines = match model {
                 OpticalModel::Isosurfaces => explain(

@@ -7,6 +7,9 @@ use tetrascope_core::{
     Scalars, TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
+use tetrascope_raycast_peel::counters::{
+    FRAGMENTS, LAYERS, LEAST_TILE_PASSES, LOST_RAYS, MOST_TILE_PASSES, TILES_DRAWN, TILES_SKIPPED,
+};
 use tetrascope_raycast_peel::{Crossings, Passes, RaycastOptions, RaycastPeel};
 use tetrascope_testing::{
     self as testing, ImageError, cells, cutting, exactly, fitted, inside, ramp, split,
@@ -171,7 +174,7 @@ fn by_planes_a_step_a_pass_agrees_but_at_edges() {
                 let (rmse, outliers) = difference(&single, &frame, outlier);
                 let what = format!("{name}, {}, {from}", model.name());
                 println!("{what}: rmse {rmse:.1e} of {scale:.1}, outliers {outliers:?}");
-                assert_eq!(frame.stats.lost_rays, Some(0), "{what}");
+                assert_eq!(frame.stats.get(LOST_RAYS), Some(0), "{what}");
                 assert!(rmse <= RMSE * f64::from(scale), "{what}: {rmse:e}");
                 let width = grid_width(&what, &volume, &view, &outliers);
                 let most = OUTLIERS * width;
@@ -269,7 +272,7 @@ fn by_sides_a_step_a_pass_is_one_dispatch() {
             let single = draw(&gpu, &volume, &appearance, &single, &view);
             let frame = draw(&gpu, &volume, &appearance, &ping_pong(), &view);
             let ImageError { rmse, max, .. } = ImageError::against(&exactly(&single), &frame);
-            assert_eq!(frame.stats.lost_rays, Some(0), "{name}, {from}");
+            assert_eq!(frame.stats.get(LOST_RAYS), Some(0), "{name}, {from}");
             if name == "a folded mesh" {
                 // A path's cells are seen in its order, and the two forms may begin at
                 // different ends of it.
@@ -320,34 +323,43 @@ fn tiles_and_queries(gpu: &Gpu, kind: RaycastOptions) {
     };
     let whole = with(1, 1);
     let pixels = u64::from(SIDE * SIDE);
-    let [least, most] = whole.stats.tile_passes.expect("counted");
-    assert!(least == most && whole.stats.fragments == Some(pixels * most));
+    let [least, most] = tile_passes(&whole);
+    assert!(least == most && whole.stats.get(FRAGMENTS) == Some(pixels * most));
     assert_eq!(
-        (whole.stats.tiles_drawn, whole.stats.tiles_skipped),
+        (whole.stats.get(TILES_DRAWN), whole.stats.get(TILES_SKIPPED)),
         (Some(1), Some(0))
     );
     for (tiles, interval) in [(1, 7), (3, 1), (8, 1), (8, 5)] {
         let frame = with(tiles, interval);
         assert!(frame.pixels == whole.pixels, "{tiles} {interval}");
-        let [least, longest] = frame.stats.tile_passes.expect("counted");
+        let [least, longest] = tile_passes(&frame);
         assert!(longest >= most && longest < most + u64::from(interval));
         if tiles == 8 {
             // The corners and the hole show nothing; the rim is done before the middle.
-            assert!(frame.stats.tiles_skipped >= Some(4), "{:?}", frame.stats);
+            assert!(
+                frame.stats.get(TILES_SKIPPED) >= Some(4),
+                "{:?}",
+                frame.stats
+            );
             assert!(least < longest);
-            let drawn = frame.stats.tiles_drawn.expect("counted");
+            let drawn = frame.stats.get(TILES_DRAWN).expect("counted");
             let tile = pixels / 64;
-            let fragments = frame.stats.fragments.expect("counted");
+            let fragments = frame.stats.get(FRAGMENTS).expect("counted");
             // Each tile drawn took between `least` and `longest` steps, and not all the most.
             assert!(fragments >= drawn * tile * least && fragments < drawn * tile * longest);
         }
     }
 }
 
+/// The least and the greatest number of steps' passes among the tiles drawn.
+fn tile_passes(frame: &Frame) -> [u64; 2] {
+    [LEAST_TILE_PASSES, MOST_TILE_PASSES].map(|of| frame.stats.get(of).expect("counted"))
+}
+
 /// What is recorded but for steps: three clears, the layers' entries with their queries and
 /// tallies, and the display.
 fn overhead(frame: &Frame, entries: u64) -> u64 {
-    3 + 2 * entries + frame.stats.layers.expect("counted") + 1
+    3 + 2 * entries + frame.stats.get(LAYERS).expect("counted") + 1
 }
 
 #[test]
@@ -371,14 +383,14 @@ fn not_peeled(gpu: &Gpu, kind: RaycastOptions) {
         draw(gpu, volume, appearance, &options, &view)
     };
     let convex = frame(&volume, &appearance);
-    let [_, most] = convex.stats.tile_passes.expect("counted");
+    let [_, most] = tile_passes(&convex);
     // A query after every step.
-    assert_eq!(convex.stats.layers, Some(1));
+    assert_eq!(convex.stats.get(LAYERS), Some(1));
     assert_eq!(convex.stats.passes, overhead(&convex, 1) + 2 * most);
 
     let (volume, appearance) = scene("heat-sink", 1000);
     let peeled = frame(&volume, &appearance);
-    let layers = peeled.stats.layers.expect("counted");
+    let layers = peeled.stats.get(LAYERS).expect("counted");
     // One more layer is peeled, and found empty.
     assert!(layers > 1);
     assert!(peeled.stats.passes >= overhead(&peeled, layers + 1));
@@ -395,9 +407,9 @@ fn nothing_to_see_takes_no_step() {
     view.camera.focal_point = away;
     for kind in [ping_pong(), by_planes()] {
         let frame = draw(&gpu, &volume, &appearance, &kind, &view);
-        assert_eq!(frame.stats.fragments, Some(0));
-        assert_eq!(frame.stats.tiles_drawn, Some(0));
-        assert_eq!(frame.stats.tile_passes, None);
+        assert_eq!(frame.stats.get(FRAGMENTS), Some(0));
+        assert_eq!(frame.stats.get(TILES_DRAWN), Some(0));
+        assert_eq!(frame.stats.get(MOST_TILE_PASSES), None);
         assert_eq!(frame.stats.passes, overhead(&frame, 1));
         let background = view.premultiplied_background().map(|c| c as f32);
         assert!(frame.pixels.iter().all(|p| *p == background));
@@ -428,7 +440,7 @@ fn the_papers_bias_hides_what_is_thin() {
         let frame = draw(&gpu, &volume, &appearance, &options, &view);
         let center = frame.pixel(SIDE / 2 + 1, SIDE / 2 - 3)[3];
         // Over a background of one half.
-        (f64::from(center), frame.stats.layers)
+        (f64::from(center), frame.stats.get(LAYERS))
     };
     let expected = |plates: f64| 1.0 - 0.5 * (-400.0 * 0.0008 * plates).exp();
     let (both, layers) = opacity(RaycastOptions::default().peel_bias);
@@ -476,8 +488,8 @@ fn stop(gpu: &Gpu, volume: &Volume, appearance: &Appearance, view: &View, kind: 
     let worst = pairs.fold(0.0, |w: f32, (a, b)| w.max((a - b).abs()));
     // Colors are at most 1 here, so what is hidden is at most what shines through.
     assert!(worst > 0.0 && worst <= 0.05, "{worst}");
-    assert!(stopped.stats.fragments < exact.stats.fragments);
-    assert_eq!(stopped.stats.lost_rays, Some(0));
+    assert!(stopped.stats.get(FRAGMENTS) < exact.stats.get(FRAGMENTS));
+    assert_eq!(stopped.stats.get(LOST_RAYS), Some(0));
 }
 
 #[test]

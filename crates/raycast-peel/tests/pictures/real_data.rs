@@ -3,6 +3,7 @@
 use crate::ping_pong::{self, OUTLIER};
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Camera, CameraFit, TetMesh, View, Volume, VolumeRenderer as _};
+use tetrascope_raycast_peel::counters::{LOST_RAYS, UNPAIRED_FACES};
 use tetrascope_raycast_peel::{Crossings, Passes, RaycastOptions};
 use tetrascope_testing::{
     self as testing, ImageError, angular_sector, blunt_fin, exactly, liquid_oxygen_post, ramp,
@@ -59,11 +60,11 @@ fn check(test: &str, mesh: TetMesh) {
         };
         let exact = reference.render_exact(&view).expect("a frame");
         let frame = single.render(&view).expect("a frame");
-        assert_eq!(frame.stats.lost_rays, Some(0), "{test}, {from}");
-        assert_eq!(frame.stats.unpaired_faces, Some(0), "{test}, {from}");
+        assert_eq!(frame.stats.get(LOST_RAYS), Some(0), "{test}, {from}");
+        assert_eq!(frame.stats.get(UNPAIRED_FACES), Some(0), "{test}, {from}");
         let stepped = by_planes.render(&view).expect("a frame");
         let (moved, outliers) = ping_pong::difference(&frame, &stepped, OUTLIER);
-        assert_eq!(stepped.stats.lost_rays, Some(0), "{test}, {from}");
+        assert_eq!(stepped.stats.get(LOST_RAYS), Some(0), "{test}, {from}");
         // The bar: no pixel beyond 1e-3.
         let ImageError { rmse, max, .. } = ImageError::against(&exact.pixels, &frame);
         let what = format!(
@@ -82,7 +83,7 @@ fn check(test: &str, mesh: TetMesh) {
             "{what}, {width}"
         );
         let stepped = by_sides.render(&view).expect("a frame");
-        assert_eq!(stepped.stats.lost_rays, Some(0), "{test}, {from}");
+        assert_eq!(stepped.stats.get(LOST_RAYS), Some(0), "{test}, {from}");
         let apart = ImageError::against(&exactly(&frame), &stepped);
         // As of the small scenes in `ping_pong.rs`.
         assert!(apart.max <= 1e-5, "{test}, {from}: {apart:?}");

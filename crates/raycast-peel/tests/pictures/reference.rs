@@ -7,6 +7,7 @@ use tetrascope_core::{
     View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
+use tetrascope_raycast_peel::counters::{CELL_VISITS, UNPAIRED_FACES};
 use tetrascope_raycast_peel::{RaycastOptions, RaycastPeel};
 use tetrascope_testing::{
     self as testing, ImageError, fitted, outside_and_inside, scale, split, truth, view,
@@ -52,7 +53,7 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume, appearance: &Appearance) {
             let scale = scale(&truth.pixels);
             let what = format!("{name}, {}, {from}", model.name());
             println!("{what}: rmse {rmse:.1e}, max {max:.1e} of {scale:.1}");
-            assert_eq!(frame.stats.unpaired_faces, Some(0), "{what}");
+            assert_eq!(frame.stats.get(UNPAIRED_FACES), Some(0), "{what}");
             assert!(
                 rmse <= RMSE * scale && max <= MAX * scale,
                 "{what}: {rmse:e} {max:e}"
@@ -266,7 +267,7 @@ fn early_stop_changes_no_more_than_it_says() {
         .zip(stopped.pixels.iter().flatten());
     let worst = all.fold(0.0, |w: f32, (a, b)| w.max((a - b).abs()));
     assert!(worst > 0.0 && worst <= 0.4, "{worst}");
-    assert!(stopped.stats.cell_visits < exact.stats.cell_visits);
+    assert!(stopped.stats.get(CELL_VISITS) < exact.stats.get(CELL_VISITS));
     // Colors are at most 1 here, so what is hidden is at most what shines through.
 }
 

@@ -7,6 +7,7 @@ use tetrascope_core::{
 };
 use tetrascope_f32::mean_chord;
 use tetrascope_gpu::Gpu;
+use tetrascope_raycast_peel::counters::CELL_VISITS;
 use tetrascope_raycast_peel::{Integration, Passes, RaycastOptions, RaycastPeel};
 use tetrascope_testing::{self as testing, ImageError, data_set, exactly, fitted};
 
@@ -139,7 +140,7 @@ fn fixed_lengths_count_cells() {
                 assert!((cells - cells.round()).abs() < 5e-3, "{pixel:?}: {cells}");
                 sum += cells.round();
             }
-            assert_eq!(Some(sum as u64), single.stats.cell_visits);
+            assert_eq!(Some(sum as u64), single.stats.get(CELL_VISITS));
         }
     }
 }

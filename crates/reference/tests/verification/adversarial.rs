@@ -5,6 +5,7 @@ use tetrascope_core::mesh::Association;
 use tetrascope_core::{
     Error, OpticalModel, Projection, Ray, Scalars, TetMesh, View, Volume, VolumeRenderer as _,
 };
+use tetrascope_reference::counters::CELL_VISITS;
 use tetrascope_reference::{Reference, ReferenceOptions};
 
 use crate::scenes::*;
@@ -406,7 +407,7 @@ fn the_frame_carries_the_bound_and_progress_ends_at_one() {
     assert_eq!(reported.len(), 9);
     assert!(reported.contains(&1.0) && reported.iter().all(|d| *d > 0.0 && *d <= 1.0));
     let frame = truth.render(&view).expect("valid");
-    assert_eq!(frame.stats.cell_visits, Some(image.cell_visits));
+    assert_eq!(frame.stats.get(CELL_VISITS), Some(image.cell_visits));
     let bound = frame.stats.error_bound.expect("the reference has a bound");
     // Half an ulp of f32 below 1 is 2⁻²⁵.
     assert!(

@@ -9,6 +9,7 @@ use tetrascope_core::{
     Appearance, Camera, ClipPlane, Error, Grid, Knot, OpticalModel, Projection, Ray, View, Volume,
     VolumeRenderer as _,
 };
+use tetrascope_reference::counters::CELL_VISITS;
 use tetrascope_reference::{Reference, ReferenceOptions};
 use tetrascope_testing::{Place, grid};
 
@@ -511,7 +512,7 @@ fn a_grid_goes_through_the_trait() {
         truth(&one, &look).render(&view).expect("drawn").pixels
     );
     assert_eq!(frame.stats.bytes_resident, 7 * 7 * 7 * 4);
-    assert!(frame.stats.cell_visits.expect("counted") > 100);
+    assert!(frame.stats.get(CELL_VISITS).expect("counted") > 100);
     assert!(frame.stats.error_bound.expect("known") < 1e-7);
     single.reload(&Volume::Grid(other.clone())).expect("a grid");
     let again = single.render(&view).expect("drawn");

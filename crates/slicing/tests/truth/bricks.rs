@@ -9,6 +9,7 @@ use tetrascope_core::{Grid, OpticalModel, Volume, VolumeRenderer as _};
 use tetrascope_gpu::{Draw as _, Target};
 use tetrascope_io::RawFile;
 use tetrascope_io::grid::ByteOrder;
+use tetrascope_slicing::counters::{BRICKS_DRAWN, BRICKS_SKIPPED};
 use tetrascope_slicing::{
     Filtering, Integration, Level, Shading, Slicing, SlicingOptions, Storage,
 };
@@ -96,7 +97,10 @@ fn empty_boxes_are_skipped_and_counted() {
     };
     let appearance = look(OpticalModel::EmissionAbsorption);
     let fixed = draw(&gpu, &grid, &appearance, &of(Level::Fixed(3)), &view);
-    let (drawn, skipped) = (fixed.stats.bricks_drawn, fixed.stats.bricks_skipped);
+    let (drawn, skipped) = (
+        fixed.stats.get(BRICKS_DRAWN),
+        fixed.stats.get(BRICKS_SKIPPED),
+    );
     let (drawn, skipped) = (drawn.expect("counted"), skipped.expect("counted"));
     assert_eq!(drawn + skipped, 512);
     assert!(drawn > 0 && drawn < 128, "{drawn}");
@@ -108,17 +112,17 @@ fn empty_boxes_are_skipped_and_counted() {
         ..view
     };
     let auto = draw(&gpu, &grid, &appearance, &of(Level::Auto), &view);
-    assert!(auto.stats.bricks_skipped.expect("counted") > 0);
+    assert!(auto.stats.get(BRICKS_SKIPPED).expect("counted") > 0);
 
     // Nothing is empty: one box, as the paper asks of the worst case.
     let full = grid_of(&cube(70), |_| 200_u8, Samples::U8);
     let opaque = draw(&gpu, &full, &appearance, &of(Level::Auto), &view);
-    assert_eq!(opaque.stats.bricks_drawn, Some(1));
+    assert_eq!(opaque.stats.get(BRICKS_DRAWN), Some(1));
 
     // Everything is: nothing is drawn but the background.
     let empty = grid_of(&cube(70), |_| 3_u8, Samples::U8);
     let nothing = draw(&gpu, &empty, &appearance, &of(Level::Auto), &view);
-    assert_eq!(nothing.stats.bricks_drawn, Some(0));
+    assert_eq!(nothing.stats.get(BRICKS_DRAWN), Some(0));
     let background = view.premultiplied_background().map(|c| c as f32);
     assert!(nothing.pixels.iter().all(|p| *p == background));
 }

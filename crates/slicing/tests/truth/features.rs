@@ -8,6 +8,7 @@ use tetrascope_core::{
 use tetrascope_gpu::memory::{Source, read_back};
 use tetrascope_gpu::wgpu::{TextureFormat, TextureUsages};
 use tetrascope_gpu::{Draw as _, Target};
+use tetrascope_slicing::counters::BRICKS_DRAWN;
 use tetrascope_slicing::{
     Filtering, Integration, Level, Phong, PlaneTest, Shading, Slicing, SlicingOptions, Traversal,
 };
@@ -341,7 +342,7 @@ fn the_callers_texture_gets_the_same_picture() {
     let bytes: Vec<[u8; 4]> = copy.read().expect("readable");
     let frame = slicing.render(&view).expect("drawn");
     let stats = recorded.expect("recorded").statistics().expect("counted");
-    assert_eq!(stats.bricks_drawn, frame.stats.bricks_drawn);
+    assert_eq!(stats.get(BRICKS_DRAWN), frame.stats.get(BRICKS_DRAWN));
     for (byte, float) in bytes.iter().flatten().zip(frame.pixels.iter().flatten()) {
         // Rounded to the nearest of 255 steps.
         assert!((f32::from(*byte) / 255.0 - float).abs() <= 0.51 / 255.0);

@@ -7,6 +7,9 @@ use tetrascope_core::{
     Appearance, Bounds, Camera, CameraFit, ClipPlane, Frame, Grid, OpticalModel, Projection,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
+use tetrascope_slicing::counters::{
+    BRICKS_DRAWN, BRICKS_SKIPPED, FRAGMENTS, GEOMETRY_BYTES, VERTICES,
+};
 use tetrascope_slicing::{
     Integration, Level, PlaneTest, Slicer, Slicing, SlicingOptions, Storage, Traversal,
 };
@@ -26,7 +29,7 @@ fn look() -> Appearance {
 
 fn bricks(frame: &Frame) -> [u64; 2] {
     let stats = &frame.stats;
-    [stats.bricks_drawn, stats.bricks_skipped].map(|count| count.expect("counted"))
+    [stats.get(BRICKS_DRAWN), stats.get(BRICKS_SKIPPED)].map(|count| count.expect("counted"))
 }
 
 /// Every slab of a ray is computed from the pixel alone, so polygons have to cover it and
@@ -63,7 +66,7 @@ fn both_slicers_draw_the_same() {
             if level == 3 {
                 // A box is 32 bytes; its polygons are some dozen of 4 corners and 2
                 // triangles, 104 bytes each.
-                let bytes = [&vertex, &cpu].map(|f| f.stats.geometry_bytes.expect("counted"));
+                let bytes = [&vertex, &cpu].map(|f| f.stats.get(GEOMETRY_BYTES).expect("counted"));
                 assert!(bytes[0] < 288 + 32 * 512, "{bytes:?}");
                 assert!(bytes[1] > 20 * bytes[0], "{name}: {bytes:?}");
             }
@@ -118,15 +121,15 @@ fn fragments_and_vertices_are_counted() {
         let frame = draw(&gpu, &full, &look(), &of(Slicer::VertexProgram), &view);
         // 16 cells and 2 slices in each; a few more planes may cut the box as enlarged.
         let slabs = 32;
-        let vertices = frame.stats.vertices.expect("counted");
+        let vertices = frame.stats.get(VERTICES).expect("counted");
         assert!(
             vertices >= 6 * slabs && vertices <= 6 * (slabs + 4),
             "{vertices}"
         );
         let cpu = draw(&gpu, &full, &look(), &of(Slicer::Cpu), &view);
-        assert_eq!(cpu.stats.vertices, Some(4 * slabs));
+        assert_eq!(cpu.stats.get(VERTICES), Some(4 * slabs));
 
-        let Some(fragments) = frame.stats.fragments else {
+        let Some(fragments) = frame.stats.get(FRAGMENTS) else {
             println!("skipped: this device does not count fragments");
             return;
         };
@@ -251,10 +254,18 @@ fn both_traversals_find_the_same_boxes() {
                     let device = device.render(&view).expect("drawn");
                     let context = format!("{name} level {level} {storage:?}");
                     assert_eq!(bricks(&cpu), bricks(&device), "{context}");
-                    assert_eq!(cpu.stats.vertices, device.stats.vertices, "{context}");
-                    assert_eq!(cpu.stats.fragments, device.stats.fragments, "{context}");
+                    assert_eq!(
+                        cpu.stats.get(VERTICES),
+                        device.stats.get(VERTICES),
+                        "{context}"
+                    );
+                    assert_eq!(
+                        cpu.stats.get(FRAGMENTS),
+                        device.stats.get(FRAGMENTS),
+                        "{context}"
+                    );
                     assert_eq!(between(&cpu, &device).1, 0.0, "{context}");
-                    let sent = device.stats.geometry_bytes.expect("counted");
+                    let sent = device.stats.get(GEOMETRY_BYTES).expect("counted");
                     // The camera, for drawing and for culling, and eleven planes.
                     assert!(sent < 700, "{sent}");
                     if level == 4 && appearance.clip_planes.is_empty() {

@@ -5,6 +5,7 @@ use tetrascope_core::{
     Appearance, Camera, CameraFit, OpticalModel, Projection, TransferFunction, View, Volume,
 };
 use tetrascope_io::{FileData, ReadOptions, read_file};
+use tetrascope_slicing::counters::{BRICKS_DRAWN, FRAGMENTS};
 use tetrascope_slicing::{Filtering, Integration, Level, SlicingOptions};
 
 use crate::support::*;
@@ -49,7 +50,7 @@ fn skipping_leaves_the_aneurism_as_it_is() {
         let boxes = draw(&gpu, &grid, &appearance, &of(level), &view);
         // Slabs have the same bits in each box, and those that are left out add nothing.
         assert_eq!(between(&whole, &boxes).1, 0.0);
-        let drawn = boxes.stats.bricks_drawn.expect("counted") as f64;
+        let drawn = boxes.stats.get(BRICKS_DRAWN).expect("counted") as f64;
         let share = drawn / f64::from(1_u32 << (3 * level));
         assert!(share < most, "level {level}: {share}");
     }
@@ -87,7 +88,7 @@ fn skipping_leaves_the_aneurism_as_it_is() {
     let [whole, boxes] = [Level::Fixed(0), Level::Auto]
         .map(|level| draw(&gpu, &grid, &appearance, &published(level), &large));
     assert_eq!(between(&whole, &boxes).1, 0.0);
-    match [&whole, &boxes].map(|frame| frame.stats.fragments) {
+    match [&whole, &boxes].map(|frame| frame.stats.get(FRAGMENTS)) {
         [Some(whole), Some(boxes)] => assert!(whole >= 3 * boxes, "{whole} {boxes}"),
         _ => println!("skipped: this device does not count fragments"),
     }

@@ -7,6 +7,7 @@ use tetrascope_core::{
     OpticalModel, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_reference::ReferenceImage;
+use tetrascope_slicing::counters::{BRICKS_DRAWN, BRICKS_SKIPPED};
 use tetrascope_slicing::{
     Crossing, Gradient, Integration, Level, Phong, Shading, Slicing, SlicingOptions, Storage,
     Traversal,
@@ -290,7 +291,7 @@ fn cut_cued_and_streamed_surfaces() {
             ..small.clone()
         };
         let again = draw(&gpu, &grid, &look, &found, &view);
-        assert!(again.stats.bricks_skipped > Some(0), "{name}");
+        assert!(again.stats.get(BRICKS_SKIPPED) > Some(0), "{name}");
         assert_eq!(again.pixels, frame.pixels, "{name}");
     }
 }
@@ -327,7 +328,7 @@ fn gaps_have_no_surfaces() {
     let look = surfaces((0.0, 1.0), &[3.0]);
     let (_, view) = views(&torn).swap_remove(0);
     let frame = draw(&gpu, &torn, &look, &Default::default(), &view);
-    assert_eq!(frame.stats.bricks_drawn, Some(0));
+    assert_eq!(frame.stats.get(BRICKS_DRAWN), Some(0));
     let depths = frame.depths.expect("surfaces have depths");
     assert!(depths.iter().all(|d| *d == f32::INFINITY));
 }

@@ -1,23 +1,14 @@
-//! The ground truth's entry.
+//! How to build the ground truth: it tells its progress.
 
 use tetrascope_core::{Appearance, Error, Frame, View, Volume, VolumeRenderer};
-use tetrascope_reference::{NAME, Reference, ReferenceOptions, supports};
+use tetrascope_reference::{ENTRY, Reference, ReferenceOptions};
 
-use super::{Algorithm, Promise};
+use super::Algorithm;
 use crate::{Progress, Renderer};
 
 pub(super) const ALGORITHM: Algorithm = Algorithm {
-    name: NAME,
-    title: "exact BVH ray casting, the ground truth",
-    paper: "N. Max, \"Optical Models for Direct Volume Rendering\", IEEE Transactions on \
-            Visualization and Computer Graphics 1(2), 1995, pp. 99-108, doi:10.1109/2945.468400",
-    draws: "any mesh, non-convex, cyclic or overlapping too, and any regular grid in memory, in \
-            every optical model, with depth cue and clip planes, in f64 with an error bound",
+    entry: ENTRY,
     needs_gpu: false,
-    settings: &[],
-    sweep: |_| &[""],
-    promise: |_| Promise::Exact,
-    supports: |volume, appearance, _| supports(volume, appearance),
     build: |context, volume, appearance, _| {
         let reference = Reference::new(volume, appearance, &ReferenceOptions::default())?;
         Ok(Renderer::Cpu(match context.progress() {

@@ -39,6 +39,11 @@ fn algorithm_text(algorithm: &Algorithm) -> String {
         lines.push(format!("    {name}: {about}"));
         lines.push(format!("      {values} [default: {default}]"));
     }
+    lines.push("  counters  (render -v, render --json)".into());
+    for counter in algorithm.counters {
+        let name = counter.name.replace('_', " ");
+        lines.push(format!("    {name}: {}", counter.about));
+    }
     lines.join("\n")
 }
 
@@ -60,6 +65,10 @@ fn algorithm_json(algorithm: &Algorithm) -> Value {
         }
         value
     });
+    let counters = algorithm
+        .counters
+        .iter()
+        .map(|c| json!({ "name": c.name, "unit": c.unit, "about": c.about }));
     json!({
         "name": algorithm.name,
         "title": algorithm.title,
@@ -67,6 +76,7 @@ fn algorithm_json(algorithm: &Algorithm) -> Value {
         "draws": algorithm.draws,
         "device": device(algorithm),
         "settings": settings.collect::<Vec<Value>>(),
+        "counters": counters.collect::<Vec<Value>>(),
     })
 }
 

@@ -35,7 +35,7 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     let inputs = inputs.collect::<Result<Vec<Input>, Error>>()?;
     let volume = &loaded.volume;
     let scene = request.resolve(volume, output)?;
-    (algorithm.supports)(volume, &scene.appearance, &scene.view)?;
+    (algorithm.supports)(volume, &scene.appearance, &scene.view, &settings)?;
     scene.view.check_memory(BYTES_PER_PIXEL)?;
 
     let context = match output.progress() {

@@ -1,15 +1,19 @@
-//! Cell projection's entry.
+//! What the algorithm says about itself: its settings, what it draws, how near to the truth.
 
-use tetrascope_core::{Error, OpticalModel, Volume};
-use tetrascope_projection::{
-    ABILITIES, CellLayout, ExitSearch, Integration, NAME, Order, Projection, ProjectionOptions,
-    Sort, SurfaceSearch,
+use tetrascope_core::entry::Source;
+use tetrascope_core::settings::words;
+use tetrascope_core::{
+    Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, TetMesh, Values, Volume,
 };
 
-use super::{Algorithm, Promise, choice};
-use crate::{Renderer, Setting, Settings, Values};
+use crate::options::{
+    CellLayout, ExitSearch, Integration, Order, ProjectionOptions, Sort, SurfaceSearch,
+};
+use crate::volume::mesh_of;
+use crate::{ABILITIES, NAME};
 
-pub(super) const ALGORITHM: Algorithm = Algorithm {
+/// What this algorithm says about itself.
+pub const ENTRY: Entry = Entry {
     name: NAME,
     title: "view-independent cell projection",
     paper: "M. Weiler, M. Kraus, T. Ertl, \"Hardware-Based View-Independent Cell Projection\", \
@@ -17,25 +21,24 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     draws: "any mesh in every optical model; with emission and absorption cells are sorted by \
             their faces where that is known to be right, and else fragments in each pixel; \
             order=centroid is faster and not always right",
-    needs_gpu: true,
     settings: &[
         Setting {
             name: "order",
             about: "the order of cells, where the optical model does not commute; auto is mpvo \
                     where that is known to be right, else per-pixel",
-            values: Values::Choice(&["auto", "unsorted", "centroid", "mpvo", "per-pixel"]),
+            values: Values::Choice(&words(&Order::ALL)),
             default: "auto",
         },
         Setting {
             name: "sort",
             about: "where order=centroid sorts; auto is the CPU where the device is a software one",
-            values: Values::Choice(&["auto", "gpu", "cpu"]),
+            values: Values::Choice(&words(&Sort::ALL)),
             default: "auto",
         },
         Setting {
             name: "integration",
             about: "how a ray's segment in a cell is integrated",
-            values: Values::Choice(&["exact", "table-2d", "table-3d"]),
+            values: Values::Choice(&words(&Integration::ALL)),
             default: "exact",
         },
         Setting {
@@ -50,7 +53,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
         Setting {
             name: "surfaces",
             about: "how isosurfaces are found in a cell: by the crossing, or by a table as published",
-            values: Values::Choice(&["exact", "table"]),
+            values: Values::Choice(&words(&SURFACES)),
             default: "exact",
         },
         Setting {
@@ -75,7 +78,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
             name: "exit",
             about: "where a ray's other crossing with a cell is found; at vertices for orthographic \
                     cameras alone",
-            values: Values::Choice(&["per-fragment", "per-vertex", "per-vertex-texture"]),
+            values: Values::Choice(&words(&ExitSearch::ALL)),
             default: "per-fragment",
         },
         Setting {
@@ -90,29 +93,48 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
         Setting {
             name: "layout",
             about: "how cells lie in the device's memory; twelve vertices for exit=per-vertex",
-            values: Values::Choice(&["shared-vertices", "twelve-floats", "twelve-shorts"]),
+            values: Values::Choice(&words(&CellLayout::ALL)),
             default: "shared-vertices",
         },
     ],
     sweep,
     promise,
-    supports: |volume, appearance, _| {
-        ABILITIES.check(NAME, appearance, &volume.bounds())?;
-        match volume {
-            Volume::Mesh(_) => Ok(()),
-            _ => Err(Error::Unsupported {
-                renderer: NAME,
-                what: "regular grids".into(),
-                reason: "it projects the cells of a tetrahedral mesh".into(),
-            }),
-        }
-    },
-    build: |context, volume, appearance, settings| {
-        let options = options(settings);
-        let renderer = Projection::new(context.gpu()?, volume, appearance, &options)?;
-        Ok(Renderer::Gpu(Box::new(renderer)))
+    sources: &[
+        Source {
+            name: "table alone",
+            with: "order=per-pixel,integration=table-3d,table-size=128",
+            without: Some("order=per-pixel"),
+        },
+        Source {
+            name: "order alone",
+            with: "order=centroid",
+            without: None,
+        },
+        Source {
+            name: "both",
+            with: "order=centroid,integration=table-3d,table-size=128",
+            without: None,
+        },
+    ],
+    figures: None,
+    counters: crate::counters::ALL,
+    supports: |volume, appearance, view, settings| {
+        let options = ProjectionOptions::from_settings(settings);
+        check(volume, appearance, &options)?;
+        options.check_view(view)
     },
 };
+
+/// The mesh of `volume`, if it is drawn like this.
+pub(crate) fn check<'a>(
+    volume: &'a Volume,
+    appearance: &Appearance,
+    options: &ProjectionOptions,
+) -> Result<&'a TetMesh, Error> {
+    ABILITIES.check(NAME, appearance, &volume.bounds())?;
+    options.validate(appearance)?;
+    mesh_of(volume)
+}
 
 /// Tables are compared in an order that is exact, where their errors are the only ones.
 fn sweep(model: OpticalModel) -> &'static [&'static str] {
@@ -175,41 +197,101 @@ fn promise(settings: &Settings) -> Promise {
     }
 }
 
-fn options(settings: &Settings) -> ProjectionOptions {
-    ProjectionOptions {
-        order: choice(settings, "order", &Order::ALL),
-        sort: choice(settings, "sort", &Sort::ALL),
-        integration: choice(settings, "integration", &Integration::ALL)(
-            settings.integer("table-size") as u32,
-        ),
-        surfaces: match settings.get("surfaces") {
-            "exact" => SurfaceSearch::Exact,
-            _ => SurfaceSearch::Table {
-                n: settings.integer("surface-table-size") as u32,
-                thickness: settings.number("surface-thickness") as f32,
-            },
-        },
-        exit_search: choice(settings, "exit", &ExitSearch::ALL),
-        cell_layout: choice(settings, "layout", &CellLayout::ALL),
-        minimum_side: settings.integer("minimum-size") as u32,
-        ..ProjectionOptions::default()
+/// Made for samples along each axis and a thickness.
+type OfTable = fn(u32, f32) -> SurfaceSearch;
+
+/// Ways to find isosurfaces.
+const SURFACES: [(&str, OfTable); 2] = [
+    ("exact", |_, _| SurfaceSearch::Exact),
+    ("table", |n, thickness| SurfaceSearch::Table {
+        n,
+        thickness,
+    }),
+];
+
+impl ProjectionOptions {
+    /// The options that `settings` of [`ENTRY`] say.
+    pub fn from_settings(settings: &Settings) -> ProjectionOptions {
+        let samples = |name| settings.integer(name) as u32;
+        ProjectionOptions {
+            order: settings.choice("order", &Order::ALL),
+            sort: settings.choice("sort", &Sort::ALL),
+            integration: settings.choice("integration", &Integration::ALL)(samples("table-size")),
+            surfaces: settings.choice("surfaces", &SURFACES)(
+                samples("surface-table-size"),
+                settings.number("surface-thickness") as f32,
+            ),
+            exit_search: settings.choice("exit", &ExitSearch::ALL),
+            minimum_side: samples("minimum-size"),
+            cell_layout: settings.choice("layout", &CellLayout::ALL),
+            fragment_bytes: 1 << 28,
+            domain: None,
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use tetrascope_core::{CameraFit, DepthCue};
+    use tetrascope_testing::{cells, every_setting_arrives, fitted, ramp, refusal};
+
     use super::*;
-    use crate::algorithms::words;
 
     #[test]
-    fn the_settings_are_those_of_the_crate_with_its_defaults() {
-        let offered = |name| words::offered(&ALGORITHM, name);
-        assert_eq!(offered("order"), words::of(&Order::ALL));
-        assert_eq!(offered("sort"), words::of(&Sort::ALL));
-        assert_eq!(offered("integration"), words::of(&Integration::ALL));
-        assert_eq!(offered("exit"), words::of(&ExitSearch::ALL));
-        assert_eq!(offered("layout"), words::of(&CellLayout::ALL));
-        let defaults = Settings::defaults(&ALGORITHM);
-        assert_eq!(options(&defaults), ProjectionOptions::default());
+    fn every_setting_arrives_in_the_options() {
+        every_setting_arrives(&ENTRY, ProjectionOptions::from_settings);
+    }
+
+    #[test]
+    fn what_cannot_be_had_together_is_refused_without_a_device() {
+        let volume = cells(
+            &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            &[[0, 1, 2, 3]],
+            &[0.0, 1.0, 2.0, 3.0],
+        );
+        let (sorted, faded, surfaces) = (ramp(&volume), ramp(&volume), ramp(&volume));
+        let faded = Appearance {
+            depth_cue: Some(DepthCue { strength: 0.5 }),
+            ..faded
+        };
+        let surfaces = Appearance {
+            optical_model: OpticalModel::Isosurfaces,
+            ..surfaces
+        };
+        let [parallel, perspective] =
+            [true, false].map(|parallel| fitted(&volume, CameraFit::PlusIso, parallel, 8));
+        for (look, view, settings, what) in [
+            (&sorted, &perspective, "exit=per-vertex", "perspective"),
+            (
+                &sorted,
+                &parallel,
+                "exit=per-vertex,order=per-pixel",
+                "per-pixel",
+            ),
+            (&faded, &parallel, "exit=per-vertex", "a depth cue"),
+            (&surfaces, &parallel, "exit=per-vertex", "isosurfaces"),
+            (
+                &sorted,
+                &parallel,
+                "layout=twelve-floats",
+                "twelve vertices",
+            ),
+            (&sorted, &parallel, "integration=table-2d", "two axes"),
+            (
+                &sorted,
+                &parallel,
+                "integration=table-3d,table-size=512",
+                "512 samples",
+            ),
+            (
+                &faded,
+                &parallel,
+                "integration=table-3d",
+                "a depth cue with a table",
+            ),
+        ] {
+            let why = refusal(&ENTRY, settings, (&volume, look, view));
+            assert!(why.contains(what), "{settings}: {why}");
+        }
     }
 }

@@ -2,14 +2,12 @@
 
 use std::fmt;
 
-use tetrascope_core::Error;
-
-use crate::Algorithm;
+use crate::{Entry, Error};
 
 /// A quality setting that an algorithm offers.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
-    /// Kebab-case, as the option is called in the algorithm's crate.
+    /// Kebab-case.
     pub name: &'static str,
     /// What it changes, one line.
     pub about: &'static str,
@@ -38,6 +36,41 @@ pub enum Values {
         /// The greatest.
         max: f64,
     },
+}
+
+/// Gives enums `ALL` choices with their words, for settings.
+///
+/// ```
+/// #[derive(Debug, PartialEq)]
+/// pub enum Storage {
+///     Auto,
+///     Bricks,
+/// }
+/// tetrascope_core::choices! {
+///     Storage: "auto" = Auto, "bricks" = Bricks;
+/// }
+/// assert_eq!(Storage::ALL[1], ("bricks", Storage::Bricks));
+/// ```
+#[macro_export]
+macro_rules! choices {
+    ($($choice:ident: $($word:literal = $variant:ident $(($value:expr))?),+;)+) => {
+        $(impl $choice {
+            /// Every choice, with its word in settings.
+            pub const ALL: [(&'static str, $choice); [$($word),+].len()] =
+                [$(($word, $choice::$variant $(($value))?)),+];
+        })+
+    };
+}
+
+/// The words of all choices, for [`Values::Choice`].
+pub const fn words<T, const N: usize>(all: &[(&'static str, T); N]) -> [&'static str; N] {
+    let mut words = [""; N];
+    let mut i = 0;
+    while i < N {
+        words[i] = all[i].0;
+        i += 1;
+    }
+    words
 }
 
 impl Values {
@@ -81,7 +114,7 @@ impl Settings {
     /// over, so that a comma-separated list can be split and given. An unknown key
     /// or value is an [`Error::Unknown`] that lists the valid ones.
     pub fn parse<'a>(
-        algorithm: &Algorithm,
+        algorithm: &Entry,
         pairs: impl IntoIterator<Item = &'a str>,
     ) -> Result<Settings, Error> {
         let mut settings = Settings::defaults(algorithm);
@@ -106,7 +139,7 @@ impl Settings {
     }
 
     /// Every setting of `algorithm` at its default.
-    pub fn defaults(algorithm: &Algorithm) -> Settings {
+    pub fn defaults(algorithm: &Entry) -> Settings {
         let values = algorithm.settings.iter();
         Settings {
             values: values.map(|s| (s.name, s.default.into())).collect(),
@@ -120,11 +153,17 @@ impl Settings {
             .map(|(name, value)| (*name, value.as_str()))
     }
 
-    /// The value of `name`, which the algorithm must have: the registry declares
-    /// what it reads.
+    /// The value of `name`, which the algorithm must have: its entry lists what it reads.
     pub fn get(&self, name: &str) -> &str {
         let found = self.values.iter().find(|(n, _)| *n == name);
-        &found.expect("the registry declares this setting").1
+        &found.expect("the entry lists this setting").1
+    }
+
+    /// What `name` chooses among `all`, whose [`words`] it has.
+    pub fn choice<T: Copy>(&self, name: &str, all: &[(&str, T)]) -> T {
+        let value = self.get(name);
+        let found = all.iter().find(|(word, _)| *word == value);
+        found.expect("checked by `parse`").1
     }
 
     /// The value of `name`, a [`Values::Integer`].
@@ -149,7 +188,7 @@ impl fmt::Display for Settings {
 }
 
 /// `key=value` for every value of every setting.
-fn valid_pairs(algorithm: &Algorithm) -> Vec<String> {
+fn valid_pairs(algorithm: &Entry) -> Vec<String> {
     if algorithm.settings.is_empty() {
         return vec![format!("none, as {} has no settings", algorithm.name)];
     }
@@ -169,7 +208,43 @@ fn valid_values(setting: &Setting) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algorithms::testing::FAKE;
+    use crate::Promise;
+
+    const ORDERS: [(&str, u8); 2] = [("exact", 0), ("fast", 1)];
+
+    /// An algorithm with a setting of each kind.
+    const FAKE: Entry = Entry {
+        name: "fake",
+        title: "",
+        paper: "",
+        draws: "",
+        settings: &[
+            Setting {
+                name: "order",
+                about: "",
+                values: Values::Choice(&words(&ORDERS)),
+                default: "exact",
+            },
+            Setting {
+                name: "samples",
+                about: "",
+                values: Values::Integer { min: 1, max: 64 },
+                default: "4",
+            },
+            Setting {
+                name: "bias",
+                about: "",
+                values: Values::Number { min: 0.0, max: 1.0 },
+                default: "0.5",
+            },
+        ],
+        sweep: |_| &[""],
+        sources: &[],
+        figures: None,
+        counters: &[],
+        promise: |_| Promise::Exact,
+        supports: |_, _, _, _| Ok(()),
+    };
 
     #[test]
     fn settings_start_from_defaults_and_print_as_they_parse() {
@@ -177,6 +252,7 @@ mod tests {
             .expect("valid settings");
         assert_eq!(settings.to_string(), "order=fast,samples=9,bias=0.5");
         assert_eq!(settings.get("order"), "fast");
+        assert_eq!(settings.choice("order", &ORDERS), 1);
         assert_eq!(settings.integer("samples"), 9);
         assert_eq!(settings.number("bias"), 0.5);
         let text = settings.to_string();

@@ -1,0 +1,252 @@
+//! What the algorithm says about itself: its settings, what it draws, how near to the truth.
+
+use std::sync::Arc;
+
+use tetrascope_core::grid::BrickSource;
+use tetrascope_core::settings::words;
+use tetrascope_core::{
+    Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, Values, View,
+};
+use tetrascope_f32::Normalization;
+use tetrascope_gpu::transfer_function::check_knots;
+
+use crate::cells::between_samples;
+use crate::frame::geometry;
+use crate::options::{
+    Crossing, Filtering, Gradient, Integration, Level, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL,
+    PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength, Storage, Traversal,
+};
+use crate::renderer::source_of;
+use crate::{ABILITIES, NAME};
+
+/// What this algorithm says about itself.
+pub const ENTRY: Entry = Entry {
+    name: NAME,
+    title: "slices of regular grids, cut in the vertex stage",
+    paper: "C. Rezk Salama, A. Kolb, \"A Vertex Program for Efficient Box-Plane Intersection\", \
+            Vision, Modeling and Visualization, 2005",
+    draws: "any regular grid in every optical model, with depth cue and clip planes, converging at \
+            second order in the distance of slices, isosurfaces exactly; larger than the \
+            device's memory, too",
+    settings: &[
+        Setting {
+            name: "slices",
+            about: "slices on the shortest way between two samples, at least",
+            values: Values::Number {
+                min: MIN_SLICES_PER_VOXEL,
+                max: MAX_SLICES_PER_VOXEL,
+            },
+            default: "2",
+        },
+        Setting {
+            name: "integration",
+            about: "what is computed for a slab: its middle's color, or the integral between its ends",
+            values: Values::Choice(&words(&Integration::ALL)),
+            default: "slabs",
+        },
+        Setting {
+            name: "filtering",
+            about: "interpolation in f32, or by the texture unit, whose fractions may have 8 bits",
+            values: Values::Choice(&words(&Filtering::ALL)),
+            default: "exact",
+        },
+        Setting {
+            name: "step-length",
+            about: "a slab's length along the ray, or as planes are apart (published)",
+            values: Values::Choice(&words(&StepLength::ALL)),
+            default: "per-ray",
+        },
+        Setting {
+            name: "slab-ends",
+            about: "slabs cut where the volume ends, or whole (published)",
+            values: Values::Choice(&words(&SlabEnds::ALL)),
+            default: "clipped",
+        },
+        Setting {
+            name: "plane-test",
+            about: "which edges a plane cuts: as published, or by the sides of their ends",
+            values: Values::Choice(&words(&PlaneTest::ALL)),
+            default: "sides",
+        },
+        Setting {
+            name: "slicer",
+            about: "who cuts boxes: the vertex program, or the CPU for comparison",
+            values: Values::Choice(&words(&Slicer::ALL)),
+            default: "vertex-program",
+        },
+        Setting {
+            name: "traversal",
+            about: "who finds the boxes that can show, and their order",
+            values: Values::Choice(&words(&Traversal::ALL)),
+            default: "cpu",
+        },
+        Setting {
+            name: "level",
+            about: "boxes along an axis that are skipped if empty, as a power of 2",
+            values: Values::Choice(&words(&Level::ALL)),
+            default: "auto",
+        },
+        Setting {
+            name: "shading",
+            about: "light from the eye, by gradients on the fly",
+            values: Values::Choice(&words(&Shading::ALL)),
+            default: "none",
+        },
+        Setting {
+            name: "crossing",
+            about: "isosurfaces as roots in voxel cells, or between the samples of two slices",
+            values: Values::Choice(&words(&Crossing::ALL)),
+            default: "cells",
+        },
+        Setting {
+            name: "gradient",
+            about: "normals by central differences (published) or of the trilinear field; \
+                    auto is the field's for isosurfaces and differences for shading",
+            values: Values::Choice(&words(&Gradient::ALL)),
+            default: "auto",
+        },
+        Setting {
+            name: "storage",
+            about: "one texture if it fits, or bricks with borders",
+            values: Values::Choice(&words(&Storage::ALL)),
+            default: "auto",
+        },
+        Setting {
+            name: "brick-level",
+            about: "bricks along an axis, as a power of 2, where samples are stored in bricks",
+            values: Values::Choice(&words(&Level::ALL)),
+            default: "auto",
+        },
+        Setting {
+            name: "budget",
+            about: "the most MiB of samples on the device; the rest is streamed",
+            values: Values::Integer {
+                min: 1,
+                max: 1 << 20,
+            },
+            default: "1024",
+        },
+    ],
+    sweep,
+    // What lies between two slices is not seen, so there is no bound.
+    promise: |_| Promise::Open,
+    sources: &[],
+    figures: Some(
+        "Figures 4 (unshaded) and 5 (Phong shading, gradients on the fly) of Rezk Salama and Kolb, \
+         2005",
+    ),
+    counters: crate::counters::ALL,
+    supports: |volume, appearance, view, settings| {
+        let options = SlicingOptions::from_settings(settings);
+        let source = source_of(volume)?;
+        check(&*source, appearance, &options)?;
+        check_view(source, view, &options)
+    },
+};
+
+/// Refuses what is not drawn like this, whatever the view.
+pub(crate) fn check(
+    source: &dyn BrickSource,
+    appearance: &Appearance,
+    options: &SlicingOptions,
+) -> Result<(), Error> {
+    ABILITIES.check(NAME, appearance, &source.lattice().bounds())?;
+    check_knots(&appearance.transfer_function)?;
+    options.validate()
+}
+
+/// Refuses a view with more slices than are drawn.
+fn check_view(
+    source: Arc<dyn BrickSource>,
+    view: &View,
+    options: &SlicingOptions,
+) -> Result<(), Error> {
+    view.validate()?;
+    let lattice = between_samples(source).lattice();
+    let normalization = Normalization::of(&lattice.bounds());
+    geometry(view, &lattice, &normalization, options.slices_per_voxel).map(drop)
+}
+
+/// In cells an isosurface is where it is, however far slices are apart.
+fn sweep(model: OpticalModel) -> &'static [&'static str] {
+    match model {
+        OpticalModel::Isosurfaces => &[
+            "",
+            "slices=1",
+            "crossing=corrected",
+            "crossing=linear,slices=1",
+            "crossing=linear",
+            "crossing=linear,slices=8",
+            "gradient=central-differences",
+        ],
+        _ => &["slices=1", "slices=2", "slices=4", "slices=8"],
+    }
+}
+
+impl SlicingOptions {
+    /// The options that `settings` of [`ENTRY`] say.
+    pub fn from_settings(settings: &Settings) -> SlicingOptions {
+        SlicingOptions {
+            slices_per_voxel: settings.number("slices"),
+            integration: settings.choice("integration", &Integration::ALL),
+            filtering: settings.choice("filtering", &Filtering::ALL),
+            step_length: settings.choice("step-length", &StepLength::ALL),
+            slab_ends: settings.choice("slab-ends", &SlabEnds::ALL),
+            plane_test: settings.choice("plane-test", &PlaneTest::ALL),
+            slicer: settings.choice("slicer", &Slicer::ALL),
+            traversal: settings.choice("traversal", &Traversal::ALL),
+            level: settings.choice("level", &Level::ALL),
+            shading: settings.choice("shading", &Shading::ALL),
+            crossing: settings.choice("crossing", &Crossing::ALL),
+            gradient: settings.choice("gradient", &Gradient::ALL),
+            storage: settings.choice("storage", &Storage::ALL),
+            brick_level: settings.choice("brick-level", &Level::ALL),
+            memory_budget: (settings.integer("budget") as u64) << 20,
+            domain: None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tetrascope_core::glam::DVec3;
+    use tetrascope_core::{CameraFit, Volume};
+    use tetrascope_testing::{Place, cells, every_setting_arrives, fitted, grid, ramp, refusal};
+
+    use super::*;
+
+    #[test]
+    fn every_setting_arrives_in_the_options() {
+        every_setting_arrives(&ENTRY, SlicingOptions::from_settings);
+        for (_, level) in Level::ALL {
+            let options = SlicingOptions {
+                level,
+                ..SlicingOptions::default()
+            };
+            options.validate().expect("every level is valid");
+        }
+    }
+
+    #[test]
+    fn what_is_not_drawn_is_refused_without_a_device() {
+        let mesh = cells(
+            &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            &[[0, 1, 2, 3]],
+            &[0.0, 1.0, 2.0, 3.0],
+        );
+        let flat = Place {
+            spacing: DVec3::new(1.0, 1.0, 1e-6),
+            ..Place::unit(4)
+        };
+        let flat = Volume::Grid(grid(&flat, |p| p.x));
+        for (volume, settings, what) in [
+            (&mesh, "", "meshes"),
+            (&flat, "slicer=cpu,traversal=gpu", "polygons cut on the CPU"),
+            (&flat, "slices=64", "slices per voxel are"),
+        ] {
+            let view = fitted(volume, CameraFit::PlusIso, false, 8);
+            let why = refusal(&ENTRY, settings, (volume, &ramp(volume), &view));
+            assert!(why.contains(what), "{settings}: {why}");
+        }
+    }
+}
