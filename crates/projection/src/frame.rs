@@ -4,7 +4,6 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_f32::ImagePlane;
 
 use crate::gpu_data::Frame;
-use crate::volume::Field;
 
 /// The near plane, in normalized units: what a ray passes before it is lost in
 /// cells around the eye. A cell that small is below f32's resolution of the mesh.
@@ -20,7 +19,7 @@ const KEYS: f64 = (1 << KEY_BITS) as f64;
 pub(crate) const KEY_BITS: u32 = 24;
 
 /// The uniform of `frame.wgsl` for a picture of `size` pixels.
-pub(crate) fn frame(plane: &ImagePlane, size: (u32, u32), cell_count: u32, field: &Field) -> Frame {
+pub(crate) fn frame(plane: &ImagePlane, size: (u32, u32), cell_count: u32, scalars_per_cell: bool) -> Frame {
     let ImagePlane {
         anchor,
         anchor_depth,
@@ -60,8 +59,8 @@ pub(crate) fn frame(plane: &ImagePlane, size: (u32, u32), cell_count: u32, field
         far_key: farthest as f32,
         key_scale: (KEYS / (farthest - nearest)) as f32,
         cell_count,
-        scalars_per_cell: field.per_cell.into(),
-        scalar_range: [field.range.0, field.range.1],
+        scalars_per_cell: scalars_per_cell.into(),
+        scalar_range: [0.0, 1.0],
         unused: [0; 2],
     }
 }

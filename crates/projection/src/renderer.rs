@@ -24,6 +24,7 @@ use crate::counters::{
 };
 use crate::entry::check;
 use crate::frame::frame;
+use crate::gpu_data;
 use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellPass, FrameData, Uploaded};
 use crate::passes::faces::FacePass;
@@ -157,8 +158,12 @@ impl Projection {
             &plane,
             (view.width, view.height),
             scene.look.culled.items,
-            &scene.field,
+            scene.field.per_cell,
         );
+        let uniform = gpu_data::Frame {
+            scalar_range: scene.field.range.into(),
+            ..uniform
+        };
         let (look, items) = look(
             &scene.appearance,
             view,

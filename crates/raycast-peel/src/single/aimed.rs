@@ -206,10 +206,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
         ..RaycastOptions::default()
     };
     let single = Single::new(gpu, &volume, &appearance, &options).expect("a mesh");
-    let map = &single.mesh.scalar_map;
     let normalization = &single.mesh.normalization;
-    let intervals = knot_pairs(&appearance.transfer_function, map, normalization);
-    let intervals = intervals.expect("few knots");
     let mut constants = constants(gpu, &single.mesh, &appearance, &options).expect("constants");
     constants.extend(Budget::new(&appearance).expect("few").constants());
     let points: Vec<Vec3> = source
@@ -261,7 +258,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
         &view,
         &source.bounds(),
         normalization,
-        map,
+        &single.mesh.scalar_map,
         &DAffine3::IDENTITY,
     );
     let storage = BufferUsages::STORAGE;

@@ -40,7 +40,6 @@ impl Single {
         let constants = &mut self.style.constants;
         constants.retain(|(name, _)| !names.contains(name));
         constants.extend(budget.constants());
-        self.style.pipelines = Default::default();
         self.is_long.store(true, Ordering::Relaxed);
         self
     }

@@ -1,0 +1,110 @@
+//! What a frame costs in which nothing shows, and what an edited transfer function costs:
+//! `rates/empty frame/slicing`, `rates/edit/projection order=mpvo`.
+//!
+//! An empty frame is 64×64 pixels of a volume that is transparent throughout: passes, submission
+//! and readback, and nothing else. An edit moves a knot, as a person does who drags it.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use tetrascope::core::{
+    Appearance, CameraFit, Knot, OpticalModel, TransferFunction, View, Volume, VolumeRenderer as _,
+};
+use tetrascope::{Algorithm, Context, Settings};
+use tetrascope_benches::Case;
+use tetrascope_testing::{Place, blunt_fin, fitted, grid, ramp};
+
+/// Who says what is missing.
+const BENCH: &str = "rates";
+
+/// A mesh and a grid: the Blunt Fin if it is there.
+fn volumes() -> Vec<(&'static str, Volume)> {
+    let sphere = || {
+        let case = tetrascope_benches::cases().swap_remove(0);
+        let Case { volume, .. } = case;
+        volume
+    };
+    let mesh = blunt_fin(BENCH).map_or_else(sphere, Volume::Mesh);
+    let bump = grid(&Place::unit(63), |p| (-9.0 * (p - 0.5).length_squared()).exp());
+    vec![("mesh", mesh), ("grid", Volume::Grid(bump))]
+}
+
+/// `look` with the color of knot `n`, counted round, changed by a hair, and its place if it has
+/// neighbors.
+fn edited(look: &Appearance, n: usize) -> Appearance {
+    let mut knots = look.transfer_function.knots().to_vec();
+    let index = n % knots.len();
+    let share = 0.001 * (n % 100) as f64;
+    knots[index].color *= 1.0 - share;
+    if index > 0 && index + 1 < knots.len() {
+        let gap = knots[index].scalar - knots[index - 1].scalar;
+        knots[index].scalar -= share * gap;
+    }
+    let mut edited = look.clone();
+    edited.transfer_function = TransferFunction::new(knots).expect("sorted");
+    edited
+}
+
+fn transparent(look: &Appearance) -> Appearance {
+    let knots = look.transfer_function.knots().iter().map(|knot| Knot {
+        extinction: 0.0,
+        ..*knot
+    });
+    let function = TransferFunction::new(knots.collect()).expect("sorted");
+    Appearance::new(function, look.optical_model)
+}
+
+/// Each setting of the sweep that draws `volume`.
+fn settings(
+    algorithm: &'static Algorithm,
+    volume: &Volume,
+    look: &Appearance,
+    view: &View,
+) -> Vec<Settings> {
+    let sweep = (algorithm.sweep)(OpticalModel::EmissionAbsorption).iter();
+    let parsed = sweep.map(|setting| Settings::parse(algorithm, setting.split(',')));
+    let parsed = parsed.map(|settings| settings.expect("the sweep is valid"));
+    let draws = |s: &Settings| (algorithm.supports)(volume, look, view, s).is_ok();
+    parsed.filter(draws).collect()
+}
+
+fn rates(criterion: &mut Criterion) {
+    let context = Context::new();
+    if tetrascope_benches::gpu(&context, BENCH).is_none() {
+        return;
+    }
+    for (name, volume) in volumes() {
+        let look = ramp(&volume);
+        let view = fitted(&volume, CameraFit::PlusZ, true, 64);
+        for algorithm in tetrascope::algorithms().iter().filter(|a| a.needs_gpu) {
+            for settings in settings(algorithm, &volume, &look, &view) {
+                let build = |look: &Appearance| {
+                    (algorithm.build)(&context, &volume, look, &settings).expect("it draws this")
+                };
+                let what = format!("{name} {} {settings}", algorithm.name);
+                let empty = build(&transparent(&look));
+                let mut group = criterion.benchmark_group("rates/empty frame");
+                group.sample_size(20).measurement_time(Duration::from_secs(2));
+                group.bench_function(&what, |b| {
+                    b.iter(|| black_box(empty.render(&view).expect("a frame")));
+                });
+                group.finish();
+                let mut renderer = build(&look);
+                let mut group = criterion.benchmark_group("rates/edit");
+                group.sample_size(10).measurement_time(Duration::from_secs(2));
+                let mut n = 0;
+                group.bench_function(&what, |b| {
+                    b.iter(|| {
+                        n += 1;
+                        renderer.restyle(&edited(&look, n)).expect("a look");
+                    });
+                });
+                group.finish();
+            }
+        }
+    }
+}
+
+criterion_group!(benches, rates);
+criterion_main!(benches);

@@ -1,0 +1,212 @@
+//! The three rates of change: what a renderer keeps when its volume or its appearance changes, and
+//! what is left of it when that fails.
+
+use tetrascope::core::glam::DVec3;
+use tetrascope::core::{
+    Appearance, CameraFit, Error, Frame, Knot, OpticalModel, TetMesh, TransferFunction, View, Volume,
+    VolumeRenderer as _,
+};
+use tetrascope::gpu::Gpu;
+use tetrascope::{Algorithm, Context, Renderer, Settings};
+use tetrascope_testing::{Place, fitted, grid, kuhn, point_scalars, surfaces, tetrahedra_of};
+use xtask::testing::{Failures, algorithms};
+
+const SIDE: u32 = 24;
+
+/// A volume, the same with other scalars, and one of another shape.
+fn series() -> [[Volume; 3]; 2] {
+    let wave = |p: DVec3| (3.0 * p.x).sin() + p.y * p.z;
+    let other = |p: DVec3| (2.0 * p.y).cos() * (0.3 + p.x);
+    let cube = |n: usize, field: &dyn Fn(DVec3) -> f64| {
+        let (points, cells) = kuhn(n, DVec3::ZERO, DVec3::ONE, |_| true);
+        let values = points.iter().map(|p| field(*p)).collect();
+        let mesh = TetMesh::from_tetrahedra(points, cells, point_scalars(values));
+        Volume::Mesh(mesh.expect("a mesh"))
+    };
+    let mesh = cube(4, &wave);
+    let tetrahedra = tetrahedra_of(&mesh);
+    let values = tetrahedra.points().iter().map(|p| other(*p)).collect();
+    let changed = tetrahedra.with_scalars(point_scalars(values));
+    let changed = Volume::Mesh(changed.expect("as many"));
+    [
+        [mesh, changed, cube(3, &other)],
+        [(7, 0), (7, 1), (5, 1)].map(|(cells, field)| {
+            let place = Place::unit(cells);
+            Volume::Grid(match field {
+                0 => grid(&place, wave),
+                _ => grid(&place, other),
+            })
+        }),
+    ]
+}
+
+/// So many knots over the range of `volume`, with optical depths up to `depth` across it.
+fn look(volume: &Volume, model: OpticalModel, knots: u32, depth: f64) -> Appearance {
+    let (low, high) = volume.scalar_range().expect("scalars");
+    let size = volume.bounds().size().max_element();
+    let knots = (0..knots).map(|i| {
+        let share = f64::from(i) / f64::from(knots - 1);
+        let wave = 0.5 + 0.5 * (9.0 * share).sin();
+        Knot {
+            scalar: low + share * (high - low),
+            color: DVec3::new(share, wave, 1.0 - share),
+            extinction: (0.2 + wave) * depth / size,
+        }
+    });
+    let function = TransferFunction::new(knots.collect()).expect("sorted");
+    let appearance = Appearance::new(function, model);
+    match model {
+        OpticalModel::Isosurfaces => surfaces(volume, appearance),
+        _ => appearance,
+    }
+}
+
+/// A renderer in one setting, and the view of all its pictures.
+struct Case<'a> {
+    context: &'a Context,
+    algorithm: &'a Algorithm,
+    settings: Settings,
+    view: View,
+}
+
+impl Case<'_> {
+    fn build(&self, volume: &Volume, look: &Appearance) -> Renderer {
+        let made = (self.algorithm.build)(self.context, volume, look, &self.settings);
+        made.unwrap_or_else(|error| panic!("{} {}: {error}", self.algorithm.name, self.settings))
+    }
+
+    fn draws(&self, volume: &Volume, look: &Appearance) -> bool {
+        (self.algorithm.supports)(volume, look, &self.view, &self.settings).is_ok()
+    }
+}
+
+/// Each setting of each algorithm that draws on a GPU, with each model and each series of volumes
+/// that it draws.
+fn for_each(test: &str, mut check: impl FnMut(&Gpu, &Case, OpticalModel, &[Volume; 3])) {
+    // A device of its own: what is refused on it is refused to this test alone.
+    let context = Context::new();
+    let drawing = algorithms(test).into_iter().filter(|a| a.needs_gpu);
+    let mut count = 0;
+    for algorithm in drawing {
+        let gpu = context.gpu().expect("there is an adapter");
+        for model in OpticalModel::ALL {
+            for setting in (algorithm.sweep)(model) {
+                for series in &series() {
+                    let settings = Settings::parse(algorithm, setting.split(','));
+                    let case = Case {
+                        context: &context,
+                        algorithm,
+                        settings: settings.expect("the sweep is valid"),
+                        view: fitted(&series[0], CameraFit::PlusZ, true, SIDE),
+                    };
+                    if case.draws(&series[0], &look(&series[0], model, 3, 1.0)) {
+                        count += 1;
+                        check(gpu, &case, model, series);
+                    }
+                }
+            }
+        }
+    }
+    eprintln!("{test}: {count} settings");
+}
+
+fn same(a: &Frame, b: &Frame) -> bool {
+    let bits = |frame: &Frame| -> Vec<[u32; 4]> {
+        let pixels = frame.pixels.iter();
+        pixels.map(|pixel| pixel.map(f32::to_bits)).collect()
+    };
+    bits(a) == bits(b)
+}
+
+/// Knots that are moved, added and removed, and extinctions that change: nothing is compiled that
+/// was not before, and the picture is that of a renderer made for it.
+#[test]
+fn an_edited_transfer_function_compiles_nothing() {
+    let mut failures = Failures::default();
+    let test = "an_edited_transfer_function_compiles_nothing";
+    for_each(test, |gpu, case, model, [volume, ..]| {
+        let looks = [(3, 1.0), (40, 1.1), (4, 90.0), (17, 70.0), (90, 0.5)];
+        let looks = looks.map(|(knots, depth)| look(volume, model, knots, depth));
+        let mut renderer = case.build(volume, &looks[0]);
+        let what = format!("{} {}, {}", case.algorithm.name, case.settings, model.name());
+        for round in 0..2 {
+            for look in &looks {
+                let before = gpu.compiled_pipelines();
+                renderer.restyle(look).expect("a look");
+                let frame = renderer.render(&case.view).expect("a frame");
+                let compiled = gpu.compiled_pipelines() - before;
+                if round == 0 {
+                    // Cells in pieces or whole, deep or not.
+                    continue;
+                }
+                if compiled > 0 {
+                    failures.push(format!("{what}: compiled {compiled}"));
+                }
+                let fresh = case.build(volume, look).render(&case.view);
+                let fresh = fresh.expect("a frame");
+                if !same(&frame, &fresh) {
+                    failures.push(format!("{what}: not as if it were new"));
+                }
+            }
+        }
+    });
+    failures.finish();
+}
+
+/// Each step of `restyle` and `reload` fails in turn: then the renderer draws what it drew.
+#[test]
+fn what_fails_leaves_the_renderer_as_it_was() {
+    let mut failures = Failures::default();
+    let test = "what_fails_leaves_the_renderer_as_it_was";
+    let mut steps = 0;
+    for_each(test, |gpu, case, model, [volume, changed, other]| {
+        let (first, second) = (look(volume, model, 3, 1.0), look(volume, model, 9, 40.0));
+        // Far from the scalars that there are, so that they are mapped anew.
+        let far = look(volume, model, 5, 2.0);
+        let far = moved(&far, 1e6);
+        let what = format!("{} {}, {}", case.algorithm.name, case.settings, model.name());
+        let mut renderer = case.build(volume, &first);
+        let before = renderer.render(&case.view).expect("a frame");
+        type Change<'a> = Box<dyn Fn(&mut Renderer) -> Result<(), Error> + 'a>;
+        let changes: [(&str, Change); 4] = [
+            ("restyle", Box::new(|r| r.restyle(&second))),
+            ("restyle far", Box::new(|r| r.restyle(&far))),
+            ("reload of scalars", Box::new(|r| r.reload(changed))),
+            ("reload", Box::new(|r| r.reload(other))),
+        ];
+        for (name, change) in changes {
+            for step in 0.. {
+                gpu.refuse_after(Some(step));
+                let done = change(&mut renderer);
+                gpu.refuse_after(None);
+                if done.is_ok() {
+                    break;
+                }
+                steps += 1;
+                let after = renderer.render(&case.view).expect("a frame");
+                if !same(&before, &after) {
+                    failures.push(format!("{what}: {name} failed at {step} and left something"));
+                }
+            }
+            renderer.reload(volume).expect("a volume");
+            renderer.restyle(&first).expect("a look");
+            let again = renderer.render(&case.view).expect("a frame");
+            if !same(&before, &again) {
+                failures.push(format!("{what}: not back after {name}"));
+            }
+        }
+    });
+    eprintln!("{steps} steps failed");
+    failures.finish();
+}
+
+/// The same function of scalars that are greater by `offset`.
+fn moved(look: &Appearance, offset: f64) -> Appearance {
+    let knots = look.transfer_function.knots().iter().map(|knot| Knot {
+        scalar: knot.scalar + offset,
+        ..*knot
+    });
+    let mut moved = look.clone();
+    moved.transfer_function = TransferFunction::new(knots.collect()).expect("sorted");
+    moved
+}
