@@ -38,7 +38,7 @@ fn side() -> u32 {
 
 /// The device, or why there is none.
 fn gpu(context: &Context) -> Option<&Gpu> {
-    tetrascope_benches::gpu(context, "slicing")
+    tetrascope_benches::gpu(context, tetrascope::slicing::NAME)
 }
 
 /// A grid in a file; without it, says that it is skipped.

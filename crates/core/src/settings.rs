@@ -73,6 +73,50 @@ pub const fn words<T, const N: usize>(all: &[(&'static str, T); N]) -> [&'static
     words
 }
 
+impl Setting {
+    /// One of `words`, by [`words`].
+    pub const fn choice(
+        name: &'static str,
+        words: &'static [&'static str],
+        default: &'static str,
+    ) -> Setting {
+        Setting::of(name, Values::Choice(words), default)
+    }
+
+    /// A whole number in a range.
+    pub const fn integer(
+        name: &'static str,
+        [min, max]: [i64; 2],
+        default: &'static str,
+    ) -> Setting {
+        Setting::of(name, Values::Integer { min, max }, default)
+    }
+
+    /// A number in a range.
+    pub const fn number(
+        name: &'static str,
+        [min, max]: [f64; 2],
+        default: &'static str,
+    ) -> Setting {
+        Setting::of(name, Values::Number { min, max }, default)
+    }
+
+    const fn of(name: &'static str, values: Values, default: &'static str) -> Setting {
+        let about = "";
+        Setting {
+            name,
+            about,
+            values,
+            default,
+        }
+    }
+
+    /// The same, and what it changes.
+    pub const fn about(self, about: &'static str) -> Setting {
+        Setting { about, ..self }
+    }
+}
+
 impl Values {
     /// Whether `text` is one of them.
     pub fn contain(&self, text: &str) -> bool {
@@ -219,24 +263,9 @@ mod tests {
         paper: "",
         draws: "",
         settings: &[
-            Setting {
-                name: "order",
-                about: "",
-                values: Values::Choice(&words(&ORDERS)),
-                default: "exact",
-            },
-            Setting {
-                name: "samples",
-                about: "",
-                values: Values::Integer { min: 1, max: 64 },
-                default: "4",
-            },
-            Setting {
-                name: "bias",
-                about: "",
-                values: Values::Number { min: 0.0, max: 1.0 },
-                default: "0.5",
-            },
+            Setting::choice("order", &words(&ORDERS), "exact"),
+            Setting::integer("samples", [1, 64], "4"),
+            Setting::number("bias", [0.0, 1.0], "0.5"),
         ],
         sweep: |_| &[""],
         sources: &[],

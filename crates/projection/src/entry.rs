@@ -3,7 +3,7 @@
 use tetrascope_core::entry::Source;
 use tetrascope_core::settings::words;
 use tetrascope_core::{
-    Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, TetMesh, Values, Volume,
+    Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, TetMesh, Volume,
 };
 
 use crate::options::{
@@ -22,80 +22,32 @@ pub const ENTRY: Entry = Entry {
             their faces where that is known to be right, and else fragments in each pixel; \
             order=centroid is faster and not always right",
     settings: &[
-        Setting {
-            name: "order",
-            about: "the order of cells, where the optical model does not commute; auto is mpvo \
-                    where that is known to be right, else per-pixel",
-            values: Values::Choice(&words(&Order::ALL)),
-            default: "auto",
-        },
-        Setting {
-            name: "sort",
-            about: "where order=centroid sorts; auto is the CPU where the device is a software one",
-            values: Values::Choice(&words(&Sort::ALL)),
-            default: "auto",
-        },
-        Setting {
-            name: "integration",
-            about: "how a ray's segment in a cell is integrated",
-            values: Values::Choice(&words(&Integration::ALL)),
-            default: "exact",
-        },
-        Setting {
-            name: "table-size",
-            about: "samples along each axis of a table; at most 256 with three axes",
-            values: Values::Integer {
-                min: 2,
-                max: Integration::MOST_2D as i64,
-            },
-            default: "128",
-        },
-        Setting {
-            name: "surfaces",
-            about: "how isosurfaces are found in a cell: by the crossing, or by a table as published",
-            values: Values::Choice(&words(&SURFACES)),
-            default: "exact",
-        },
-        Setting {
-            name: "surface-table-size",
-            about: "samples along each axis of a table of isosurfaces",
-            values: Values::Integer {
-                min: 2,
-                max: SurfaceSearch::MOST as i64,
-            },
-            default: "256",
-        },
-        Setting {
-            name: "surface-thickness",
-            about: "how far isosurfaces in a table reach on either side, samples",
-            values: Values::Number {
-                min: 0.0,
-                max: 16.0,
-            },
-            default: "1",
-        },
-        Setting {
-            name: "exit",
-            about: "where a ray's other crossing with a cell is found; at vertices for orthographic \
-                    cameras alone",
-            values: Values::Choice(&words(&ExitSearch::ALL)),
-            default: "per-fragment",
-        },
-        Setting {
-            name: "minimum-size",
-            about: "samples along each axis of the texture of exit=per-vertex-texture",
-            values: Values::Integer {
-                min: 2,
-                max: ExitSearch::MOST as i64,
-            },
-            default: "128",
-        },
-        Setting {
-            name: "layout",
-            about: "how cells lie in the device's memory; twelve vertices for exit=per-vertex",
-            values: Values::Choice(&words(&CellLayout::ALL)),
-            default: "shared-vertices",
-        },
+        Setting::choice("order", &words(&Order::ALL), "auto").about(
+            "the order of cells, where the optical model does not commute; auto is mpvo where \
+             that is known to be right, else per-pixel",
+        ),
+        Setting::choice("sort", &words(&Sort::ALL), "auto").about(
+            "where order=centroid sorts; auto is the CPU where the device is a software one",
+        ),
+        Setting::choice("integration", &words(&Integration::ALL), "exact")
+            .about("how a ray's segment in a cell is integrated"),
+        Setting::integer("table-size", [2, Integration::MOST_2D as i64], "128")
+            .about("samples along each axis of a table; at most 256 with three axes"),
+        Setting::choice("surfaces", &words(&SURFACES), "exact").about(
+            "how isosurfaces are found in a cell: by the crossing, or by a table as published",
+        ),
+        Setting::integer("surface-table-size", [2, SurfaceSearch::MOST as i64], "256")
+            .about("samples along each axis of a table of isosurfaces"),
+        Setting::number("surface-thickness", [0.0, 16.0], "1")
+            .about("how far isosurfaces in a table reach on either side, samples"),
+        Setting::choice("exit", &words(&ExitSearch::ALL), "per-fragment").about(
+            "where a ray's other crossing with a cell is found; at vertices for orthographic \
+             cameras alone",
+        ),
+        Setting::integer("minimum-size", [2, ExitSearch::MOST as i64], "128")
+            .about("samples along each axis of the texture of exit=per-vertex-texture"),
+        Setting::choice("layout", &words(&CellLayout::ALL), "shared-vertices")
+            .about("how cells lie in the device's memory; twelve vertices for exit=per-vertex"),
     ],
     sweep,
     promise,
@@ -232,8 +184,9 @@ impl ProjectionOptions {
 
 #[cfg(test)]
 mod tests {
+    use tetrascope_core::glam::DVec3;
     use tetrascope_core::{CameraFit, DepthCue};
-    use tetrascope_testing::{cells, every_setting_arrives, fitted, ramp, refusal};
+    use tetrascope_testing::{every_setting_arrives, fitted, kuhn, mesh, ramp, refusal};
 
     use super::*;
 
@@ -244,11 +197,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_had_together_is_refused_without_a_device() {
-        let volume = cells(
-            &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            &[[0, 1, 2, 3]],
-            &[0.0, 1.0, 2.0, 3.0],
-        );
+        let volume = Volume::Mesh(mesh(kuhn(1, DVec3::ZERO, DVec3::ONE, |_| true), |p| p.x));
         let (sorted, faded, surfaces) = (ramp(&volume), ramp(&volume), ramp(&volume));
         let faded = Appearance {
             depth_cue: Some(DepthCue { strength: 0.5 }),

@@ -2,7 +2,7 @@
 
 use tetrascope_core::settings::words;
 use tetrascope_core::{
-    Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, TetMesh, Values, Volume,
+    Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, TetMesh, Volume,
 };
 
 use crate::NAME;
@@ -20,68 +20,28 @@ pub const ENTRY: Entry = Entry {
     draws: "any mesh in every optical model, in the order of visibility; where cells overlap, in \
             the order in which they are connected",
     settings: &[
-        Setting {
-            name: "passes",
-            about: "whether one pass takes all steps of a ray, or one step as published",
-            values: Values::Choice(&words(&Passes::ALL)),
-            default: "single",
-        },
-        Setting {
-            name: "integration",
-            about: "how a ray's segment in a cell is integrated",
-            values: Values::Choice(&words(&INTEGRATIONS)),
-            default: "exact",
-        },
-        Setting {
-            name: "table-size",
-            about: "samples along each axis of a table; at most 256 with three axes",
-            values: Values::Integer {
-                min: 2,
-                max: Integration::MOST_2D as i64,
-            },
-            default: "128",
-        },
-        Setting {
-            name: "entries",
-            about: "how rays find boundary faces: by lists for tiles of the image, or by layers \
-                    peeled before; single passes only",
-            values: Values::Choice(&words(&Entries::ALL)),
-            default: "lists",
-        },
-        Setting {
-            name: "tiles",
-            about: "tiles along each side of the image; ping-pong only",
-            values: Values::Integer {
-                min: 1,
-                max: MAX_TILES as i64,
-            },
-            default: "4",
-        },
-        Setting {
-            name: "query-interval",
-            about: "passes between two occlusion queries; ping-pong only",
-            values: Values::Integer { min: 1, max: 1024 },
-            default: "8",
-        },
-        Setting {
-            name: "crossings",
-            about: "how rays cross faces: by sides as single passes do, or by planes with a bias \
-                    as published; ping-pong only",
-            values: Values::Choice(&words(&Crossings::ALL)),
-            default: "sides",
-        },
-        Setting {
-            name: "stop-opacity",
-            about: "the opacity at which a ray stops; 1 is exact, the paper has 0.95",
-            values: Values::Number { min: 0.5, max: 1.0 },
-            default: "1",
-        },
-        Setting {
-            name: "locality",
-            about: "the order of cells and vertices in memory",
-            values: Values::Choice(&words(&Locality::ALL)),
-            default: "morton",
-        },
+        Setting::choice("passes", &words(&Passes::ALL), "single")
+            .about("whether one pass takes all steps of a ray, or one step as published"),
+        Setting::choice("integration", &words(&INTEGRATIONS), "exact")
+            .about("how a ray's segment in a cell is integrated"),
+        Setting::integer("table-size", [2, Integration::MOST_2D as i64], "128")
+            .about("samples along each axis of a table; at most 256 with three axes"),
+        Setting::choice("entries", &words(&Entries::ALL), "lists").about(
+            "how rays find boundary faces: by lists for tiles of the image, or by layers \
+             peeled before; single passes only",
+        ),
+        Setting::integer("tiles", [1, MAX_TILES as i64], "4")
+            .about("tiles along each side of the image; ping-pong only"),
+        Setting::integer("query-interval", [1, 1024], "8")
+            .about("passes between two occlusion queries; ping-pong only"),
+        Setting::choice("crossings", &words(&Crossings::ALL), "sides").about(
+            "how rays cross faces: by sides as single passes do, or by planes with a bias as \
+             published; ping-pong only",
+        ),
+        Setting::number("stop-opacity", [0.5, 1.0], "1")
+            .about("the opacity at which a ray stops; 1 is exact, the paper has 0.95"),
+        Setting::choice("locality", &words(&Locality::ALL), "morton")
+            .about("the order of cells and vertices in memory"),
     ],
     sweep,
     promise,
@@ -155,8 +115,9 @@ impl RaycastOptions {
 
 #[cfg(test)]
 mod tests {
+    use tetrascope_core::glam::DVec3;
     use tetrascope_core::{CameraFit, DepthCue, Knot, TransferFunction};
-    use tetrascope_testing::{cells, every_setting_arrives, fitted, ramp, refusal, surfaces};
+    use tetrascope_testing::{every_setting_arrives, fitted, kuhn, mesh, ramp, refusal, surfaces};
 
     use super::*;
 
@@ -167,11 +128,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_had_together_is_refused_without_a_device() {
-        let volume = cells(
-            &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            &[[0, 1, 2, 3]],
-            &[0.0, 1.0, 2.0, 3.0],
-        );
+        let volume = Volume::Mesh(mesh(kuhn(1, DVec3::ZERO, DVec3::ONE, |_| true), |p| p.x));
         let sorted = ramp(&volume);
         let faded = Appearance {
             depth_cue: Some(DepthCue { strength: 0.5 }),

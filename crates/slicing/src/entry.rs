@@ -4,9 +4,7 @@ use std::sync::Arc;
 
 use tetrascope_core::grid::BrickSource;
 use tetrascope_core::settings::words;
-use tetrascope_core::{
-    Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, Values, View,
-};
+use tetrascope_core::{Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, View};
 use tetrascope_f32::Normalization;
 use tetrascope_gpu::transfer_function::check_knots;
 
@@ -29,103 +27,39 @@ pub const ENTRY: Entry = Entry {
             second order in the distance of slices, isosurfaces exactly; larger than the \
             device's memory, too",
     settings: &[
-        Setting {
-            name: "slices",
-            about: "slices on the shortest way between two samples, at least",
-            values: Values::Number {
-                min: MIN_SLICES_PER_VOXEL,
-                max: MAX_SLICES_PER_VOXEL,
-            },
-            default: "2",
-        },
-        Setting {
-            name: "integration",
-            about: "what is computed for a slab: its middle's color, or the integral between its ends",
-            values: Values::Choice(&words(&Integration::ALL)),
-            default: "slabs",
-        },
-        Setting {
-            name: "filtering",
-            about: "interpolation in f32, or by the texture unit, whose fractions may have 8 bits",
-            values: Values::Choice(&words(&Filtering::ALL)),
-            default: "exact",
-        },
-        Setting {
-            name: "step-length",
-            about: "a slab's length along the ray, or as planes are apart (published)",
-            values: Values::Choice(&words(&StepLength::ALL)),
-            default: "per-ray",
-        },
-        Setting {
-            name: "slab-ends",
-            about: "slabs cut where the volume ends, or whole (published)",
-            values: Values::Choice(&words(&SlabEnds::ALL)),
-            default: "clipped",
-        },
-        Setting {
-            name: "plane-test",
-            about: "which edges a plane cuts: as published, or by the sides of their ends",
-            values: Values::Choice(&words(&PlaneTest::ALL)),
-            default: "sides",
-        },
-        Setting {
-            name: "slicer",
-            about: "who cuts boxes: the vertex program, or the CPU for comparison",
-            values: Values::Choice(&words(&Slicer::ALL)),
-            default: "vertex-program",
-        },
-        Setting {
-            name: "traversal",
-            about: "who finds the boxes that can show, and their order",
-            values: Values::Choice(&words(&Traversal::ALL)),
-            default: "cpu",
-        },
-        Setting {
-            name: "level",
-            about: "boxes along an axis that are skipped if empty, as a power of 2",
-            values: Values::Choice(&words(&Level::ALL)),
-            default: "auto",
-        },
-        Setting {
-            name: "shading",
-            about: "light from the eye, by gradients on the fly",
-            values: Values::Choice(&words(&Shading::ALL)),
-            default: "none",
-        },
-        Setting {
-            name: "crossing",
-            about: "isosurfaces as roots in voxel cells, or between the samples of two slices",
-            values: Values::Choice(&words(&Crossing::ALL)),
-            default: "cells",
-        },
-        Setting {
-            name: "gradient",
-            about: "normals by central differences (published) or of the trilinear field; \
-                    auto is the field's for isosurfaces and differences for shading",
-            values: Values::Choice(&words(&Gradient::ALL)),
-            default: "auto",
-        },
-        Setting {
-            name: "storage",
-            about: "one texture if it fits, or bricks with borders",
-            values: Values::Choice(&words(&Storage::ALL)),
-            default: "auto",
-        },
-        Setting {
-            name: "brick-level",
-            about: "bricks along an axis, as a power of 2, where samples are stored in bricks",
-            values: Values::Choice(&words(&Level::ALL)),
-            default: "auto",
-        },
-        Setting {
-            name: "budget",
-            about: "the most MiB of samples on the device; the rest is streamed",
-            values: Values::Integer {
-                min: 1,
-                max: 1 << 20,
-            },
-            default: "1024",
-        },
+        Setting::number("slices", [MIN_SLICES_PER_VOXEL, MAX_SLICES_PER_VOXEL], "2")
+            .about("slices on the shortest way between two samples, at least"),
+        Setting::choice("integration", &words(&Integration::ALL), "slabs").about(
+            "what is computed for a slab: its middle's color, or the integral between its ends",
+        ),
+        Setting::choice("filtering", &words(&Filtering::ALL), "exact")
+            .about("interpolation in f32, or by the texture unit, whose fractions may have 8 bits"),
+        Setting::choice("step-length", &words(&StepLength::ALL), "per-ray")
+            .about("a slab's length along the ray, or as planes are apart (published)"),
+        Setting::choice("slab-ends", &words(&SlabEnds::ALL), "clipped")
+            .about("slabs cut where the volume ends, or whole (published)"),
+        Setting::choice("plane-test", &words(&PlaneTest::ALL), "sides")
+            .about("which edges a plane cuts: as published, or by the sides of their ends"),
+        Setting::choice("slicer", &words(&Slicer::ALL), "vertex-program")
+            .about("who cuts boxes: the vertex program, or the CPU for comparison"),
+        Setting::choice("traversal", &words(&Traversal::ALL), "cpu")
+            .about("who finds the boxes that can show, and their order"),
+        Setting::choice("level", &words(&Level::ALL), "auto")
+            .about("boxes along an axis that are skipped if empty, as a power of 2"),
+        Setting::choice("shading", &words(&Shading::ALL), "none")
+            .about("light from the eye, by gradients on the fly"),
+        Setting::choice("crossing", &words(&Crossing::ALL), "cells")
+            .about("isosurfaces as roots in voxel cells, or between the samples of two slices"),
+        Setting::choice("gradient", &words(&Gradient::ALL), "auto").about(
+            "normals by central differences (published) or of the trilinear field; auto is the \
+             field's for isosurfaces and differences for shading",
+        ),
+        Setting::choice("storage", &words(&Storage::ALL), "auto")
+            .about("one texture if it fits, or bricks with borders"),
+        Setting::choice("brick-level", &words(&Level::ALL), "auto")
+            .about("bricks along an axis, as a power of 2, where samples are stored in bricks"),
+        Setting::integer("budget", [1, 1 << 20], "1024")
+            .about("the most MiB of samples on the device; the rest is streamed"),
     ],
     sweep,
     // What lies between two slices is not seen, so there is no bound.
@@ -211,7 +145,9 @@ impl SlicingOptions {
 mod tests {
     use tetrascope_core::glam::DVec3;
     use tetrascope_core::{CameraFit, Volume};
-    use tetrascope_testing::{Place, cells, every_setting_arrives, fitted, grid, ramp, refusal};
+    use tetrascope_testing::{
+        Place, every_setting_arrives, fitted, grid, kuhn, mesh, ramp, refusal,
+    };
 
     use super::*;
 
@@ -229,11 +165,8 @@ mod tests {
 
     #[test]
     fn what_is_not_drawn_is_refused_without_a_device() {
-        let mesh = cells(
-            &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            &[[0, 1, 2, 3]],
-            &[0.0, 1.0, 2.0, 3.0],
-        );
+        let cube = kuhn(1, DVec3::ZERO, DVec3::ONE, |_| true);
+        let mesh = Volume::Mesh(mesh(cube, |p| p.x));
         let flat = Place {
             spacing: DVec3::new(1.0, 1.0, 1e-6),
             ..Place::unit(4)
