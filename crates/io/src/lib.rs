@@ -3,8 +3,8 @@
 //!
 //! [`read_file`] finds out the format and returns [`MeshData`], which is points, cells,
 //! every scalar field, and what was noticed on the way, or [`GridData`], which is samples
-//! and where they lie. [`write_image`] writes a frame with its metadata and [`write_vti`] the
-//! samples of a grid, whole or not at all.
+//! and where they lie. [`write_image`] writes a frame with its metadata, [`write_grid`] and
+//! [`write_vti`] the samples of a grid, whole or not at all.
 //!
 //! | format | what is read |
 //! |---|---|
@@ -51,5 +51,5 @@ pub use grid::{FieldSamples, GridData, GridField, RawFile};
 pub use image::{encode_exr, encode_npy, encode_png, write_file, write_image};
 pub use mesh_data::{MeshData, MeshField};
 pub use read::{FileData, ReadOptions, read_file, read_mesh};
-pub use vti::{Compression, write_vti};
+pub use vti::{COVERAGE, Compression, write_grid, write_vti};
 pub(crate) use vtk::parse_float;

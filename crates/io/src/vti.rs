@@ -9,9 +9,9 @@ use std::path::Path;
 
 use flate2::write::ZlibEncoder;
 use quick_xml::escape::escape;
-use tetrascope_core::Error;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::{Interpolation, Lattice, SampleType, Samples};
+use tetrascope_core::{Error, Grid};
 
 use crate::whole_file::write_with;
 
@@ -55,6 +55,27 @@ pub fn write_vti(
         out.flush()
     })
 }
+
+/// Writes the samples of `grid` under this name and, if it has a coverage, that as the array
+/// [`COVERAGE`]; [`GridData::into_covered_volume`](crate::GridData::into_covered_volume) reads
+/// both back.
+///
+/// # Errors
+/// As [`write_vti`]; [`Error::Invalid`] also where the samples themselves are called so.
+pub fn write_grid(
+    path: &Path,
+    grid: &Grid,
+    name: &str,
+    compression: Compression,
+) -> Result<(), Error> {
+    let coverage = grid.coverage().map(|shares| Samples::F32(shares.to_vec()));
+    let mut arrays = vec![(name, grid.samples())];
+    arrays.extend(coverage.iter().map(|shares| (COVERAGE, shares)));
+    write_vti(path, grid.lattice(), &arrays, compression)
+}
+
+/// What the array of a grid's [coverage](tetrascope_core::grid::coverage) is called.
+pub const COVERAGE: &str = "coverage";
 
 fn check(lattice: &Lattice, arrays: &[(&str, &Samples)]) -> Result<(), Error> {
     let count = lattice.validate()?;

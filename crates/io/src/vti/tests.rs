@@ -1,4 +1,5 @@
 use proptest::prelude::*;
+use tetrascope_core::Volume;
 use tetrascope_core::glam::{DMat3, DQuat};
 use tetrascope_core::mesh::Association;
 
@@ -145,6 +146,51 @@ fn samples_that_fill_cells_are_cell_data() {
     write_vti(&path, &lattice, &[("labels", &samples)], Compression::None).expect("writable");
     let data = read(&path, &ReadOptions::default());
     assert_eq!(data.fields[0].association, Association::Cell);
+}
+
+#[test]
+fn coverage_goes_with_its_grid() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.vti");
+    let lattice = lattice([3, 4, 5], Interpolation::Linear);
+    let samples = Samples::F32(noise(60).map(|x| x as f32).collect());
+    let shares: Vec<f32> = noise(60).map(|x| (x % 1001) as f32 / 1000.0).collect();
+    let plain = Grid::on(lattice, samples).expect("valid");
+    let grid = plain.clone().covered(shares).expect("shares");
+    for compression in [Compression::None, Compression::Zlib] {
+        write_grid(&path, &grid, "T", compression).expect("it is writable");
+        let data = read(&path, &ReadOptions::default());
+        let (volume, name) = data
+            .into_covered_volume(None, COVERAGE)
+            .expect("both are there");
+        let Volume::Grid(found) = volume else {
+            panic!("small grids are read");
+        };
+        assert_eq!((name.as_str(), found.lattice()), ("T", grid.lattice()));
+        assert_eq!(found.samples(), grid.samples());
+        assert_eq!(found.coverage(), grid.coverage());
+    }
+    assert!(write_grid(&path, &grid, COVERAGE, Compression::None).is_err());
+    // Without one there is one array, and nothing that is taken for one.
+    write_grid(&path, &plain, "T", Compression::None).expect("it is writable");
+    let data = read(&path, &ReadOptions::default());
+    assert_eq!(data.fields.len(), 1);
+    let error = data.into_covered_volume(None, COVERAGE).expect_err("none");
+    assert!(matches!(error, Error::NoSuchField { .. }), "{error}");
+    // What is no share of anything is refused.
+    let samples = plain.samples();
+    write_vti(
+        &path,
+        &lattice,
+        &[("T", samples), (COVERAGE, samples)],
+        Compression::None,
+    )
+    .expect("it is writable");
+    let data = read(&path, &ReadOptions::default());
+    let error = data
+        .into_covered_volume(Some("T"), COVERAGE)
+        .expect_err("too much");
+    assert!(error.to_string().contains("the coverage"), "{error}");
 }
 
 proptest! {
