@@ -133,6 +133,10 @@ impl DeviceGrid {
     /// # Errors
     /// As [`DeviceGrid::new`]; [`Error::Invalid`] for a sample that is [`NO_VALUE`].
     pub fn upload(gpu: &Gpu, grid: &Grid) -> Result<DeviceGrid, Error> {
+        DeviceGrid::upload_in_parts(gpu, grid, BYTES_PER_WRITE)
+    }
+
+    fn upload_in_parts(gpu: &Gpu, grid: &Grid, bytes: u64) -> Result<DeviceGrid, Error> {
         let samples = grid.samples();
         let texels = match grid.coverage() {
             Some(_) => Texels::Covered,
@@ -149,7 +153,7 @@ impl DeviceGrid {
         let made = DeviceGrid::new(gpu, grid.lattice(), texels, range)?;
         let [nx, ny, nz] = grid.dims();
         let layer = nx * ny;
-        let layers = (BYTES_PER_WRITE / made.bytes().div_ceil(nz as u64)).clamp(1, nz as u64);
+        let layers = (bytes / made.bytes().div_ceil(nz as u64)).clamp(1, nz as u64);
         for z in (0..nz).step_by(layers as usize) {
             let region = Region {
                 low: [0, 0, z],
@@ -308,7 +312,13 @@ mod tests {
             (0, _) | (_, 3) => [0.0; 2],
             (share, _) => [i as f32, share as f32 / 4.0],
         });
-        assert_eq!(texels(&gpu, &made), expected.collect::<Vec<_>>());
+        let expected: Vec<f32> = expected.collect();
+        assert_eq!(texels(&gpu, &made), expected);
+        // A layer has 160 bytes: one at a time, and two and one.
+        for bytes in [1, 400] {
+            let parts = DeviceGrid::upload_in_parts(&gpu, &covered, bytes).expect("it fits");
+            assert_eq!(texels(&gpu, &parts), expected, "{bytes}");
+        }
     }
 
     #[test]
