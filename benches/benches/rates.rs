@@ -26,7 +26,9 @@ fn volumes() -> Vec<(&'static str, Volume)> {
         volume
     };
     let mesh = blunt_fin(BENCH).map_or_else(sphere, Volume::Mesh);
-    let bump = grid(&Place::unit(63), |p| (-9.0 * (p - 0.5).length_squared()).exp());
+    let bump = grid(&Place::unit(63), |p| {
+        (-9.0 * (p - 0.5).length_squared()).exp()
+    });
     vec![("mesh", mesh), ("grid", Volume::Grid(bump))]
 }
 
@@ -85,14 +87,18 @@ fn rates(criterion: &mut Criterion) {
                 let what = format!("{name} {} {settings}", algorithm.name);
                 let empty = build(&transparent(&look));
                 let mut group = criterion.benchmark_group("rates/empty frame");
-                group.sample_size(20).measurement_time(Duration::from_secs(2));
+                group
+                    .sample_size(20)
+                    .measurement_time(Duration::from_secs(2));
                 group.bench_function(&what, |b| {
                     b.iter(|| black_box(empty.render(&view).expect("a frame")));
                 });
                 group.finish();
                 let mut renderer = build(&look);
                 let mut group = criterion.benchmark_group("rates/edit");
-                group.sample_size(10).measurement_time(Duration::from_secs(2));
+                group
+                    .sample_size(10)
+                    .measurement_time(Duration::from_secs(2));
                 let mut n = 0;
                 group.bench_function(&what, |b| {
                     b.iter(|| {

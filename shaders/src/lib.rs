@@ -212,17 +212,38 @@ pub mod projection {
 pub mod slicing {
     /// Lists the boxes that can show, back to front.
     pub const CULL: &str = program!("slicing/box.wgsl", "slicing/cull.wgsl");
+    /// Finds the least and greatest scalar of each box of a grid on the device.
+    pub const RANGES: &str = program!("slicing/ranges.wgsl");
     /// Draws slabs of a volume of `f32`.
-    pub const SLICE_FLOAT: &str =
-        slice_program!("slicing/trilinear.wgsl", "slicing/voxels_float.wgsl");
+    pub const SLICE_FLOAT: &str = slice_program!(
+        "slicing/trilinear.wgsl",
+        "slicing/uncovered.wgsl",
+        "slicing/voxels_float.wgsl"
+    );
     /// Draws slabs of a volume of unsigned integers.
-    pub const SLICE_UNSIGNED: &str =
-        slice_program!("slicing/trilinear.wgsl", "slicing/voxels_unsigned.wgsl");
+    pub const SLICE_UNSIGNED: &str = slice_program!(
+        "slicing/trilinear.wgsl",
+        "slicing/uncovered.wgsl",
+        "slicing/voxels_unsigned.wgsl"
+    );
     /// Draws slabs of a volume of signed integers.
-    pub const SLICE_SIGNED: &str =
-        slice_program!("slicing/trilinear.wgsl", "slicing/voxels_signed.wgsl");
+    pub const SLICE_SIGNED: &str = slice_program!(
+        "slicing/trilinear.wgsl",
+        "slicing/uncovered.wgsl",
+        "slicing/voxels_signed.wgsl"
+    );
     /// Draws slabs of a volume that the texture unit filters.
-    pub const SLICE_FILTERED: &str = slice_program!("slicing/voxels_filtered.wgsl");
+    pub const SLICE_FILTERED: &str =
+        slice_program!("slicing/uncovered.wgsl", "slicing/voxels_filtered.wgsl");
+    /// Draws slabs of a volume that was made on the device.
+    pub const SLICE_DEVICE: &str = slice_program!(
+        "slicing/trilinear.wgsl",
+        "slicing/uncovered.wgsl",
+        "slicing/voxels_device.wgsl"
+    );
+    /// Draws slabs of a volume that was made on the device, with coverage.
+    pub const SLICE_COVERED: &str =
+        slice_program!("slicing/trilinear.wgsl", "slicing/covered.wgsl");
 }
 
 /// Ray casting through tetrahedral meshes (`tetrascope-raycast-peel`).
@@ -323,7 +344,7 @@ pub mod ping_pong {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 36] = [
+pub const PROGRAMS: [(&str, &str); 39] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -350,6 +371,9 @@ pub const PROGRAMS: [(&str, &str); 36] = [
     ("slicing::SLICE_UNSIGNED", slicing::SLICE_UNSIGNED),
     ("slicing::SLICE_SIGNED", slicing::SLICE_SIGNED),
     ("slicing::SLICE_FILTERED", slicing::SLICE_FILTERED),
+    ("slicing::SLICE_DEVICE", slicing::SLICE_DEVICE),
+    ("slicing::SLICE_COVERED", slicing::SLICE_COVERED),
+    ("slicing::RANGES", slicing::RANGES),
     ("raycast_peel::MARCH", raycast_peel::MARCH),
     ("raycast_peel::AIM", raycast_peel::AIM),
     ("raycast_peel::PEEL", raycast_peel::PEEL),

@@ -3,8 +3,8 @@
 
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::{
-    Appearance, CameraFit, Error, Frame, Knot, OpticalModel, TetMesh, TransferFunction, View, Volume,
-    VolumeRenderer as _,
+    Appearance, CameraFit, Error, Frame, Knot, OpticalModel, TetMesh, TransferFunction, View,
+    Volume, VolumeRenderer as _,
 };
 use tetrascope::gpu::Gpu;
 use tetrascope::{Algorithm, Context, Renderer, Settings};
@@ -128,7 +128,12 @@ fn an_edited_transfer_function_compiles_nothing() {
         let looks = [(3, 1.0), (40, 1.1), (4, 90.0), (17, 70.0), (90, 0.5)];
         let looks = looks.map(|(knots, depth)| look(volume, model, knots, depth));
         let mut renderer = case.build(volume, &looks[0]);
-        let what = format!("{} {}, {}", case.algorithm.name, case.settings, model.name());
+        let what = format!(
+            "{} {}, {}",
+            case.algorithm.name,
+            case.settings,
+            model.name()
+        );
         for round in 0..2 {
             for look in &looks {
                 let before = gpu.compiled_pipelines();
@@ -164,7 +169,12 @@ fn what_fails_leaves_the_renderer_as_it_was() {
         // Far from the scalars that there are, so that they are mapped anew.
         let far = look(volume, model, 5, 2.0);
         let far = moved(&far, 1e6);
-        let what = format!("{} {}, {}", case.algorithm.name, case.settings, model.name());
+        let what = format!(
+            "{} {}, {}",
+            case.algorithm.name,
+            case.settings,
+            model.name()
+        );
         let mut renderer = case.build(volume, &first);
         let before = renderer.render(&case.view).expect("a frame");
         type Change<'a> = Box<dyn Fn(&mut Renderer) -> Result<(), Error> + 'a>;
@@ -185,7 +195,9 @@ fn what_fails_leaves_the_renderer_as_it_was() {
                 steps += 1;
                 let after = renderer.render(&case.view).expect("a frame");
                 if !same(&before, &after) {
-                    failures.push(format!("{what}: {name} failed at {step} and left something"));
+                    failures.push(format!(
+                        "{what}: {name} failed at {step} and left something"
+                    ));
                 }
             }
             renderer.reload(volume).expect("a volume");

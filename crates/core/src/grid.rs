@@ -1,5 +1,6 @@
 //! A regular grid of samples, kept in the type in which they were stored.
 
+pub mod coverage;
 mod lattice;
 mod raw;
 mod source;
@@ -8,7 +9,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use crate::{Bounds, Error};
+use crate::{Bounds, Error, is_value};
 
 pub use lattice::{Interpolation, Lattice};
 pub use raw::{ByteOrder, RawLayout, RawNumber};
@@ -22,6 +23,7 @@ pub use source::{BrickSource, GridStream, Region};
 pub struct Grid {
     lattice: Lattice,
     samples: Arc<Samples>,
+    coverage: Option<Arc<Vec<f32>>>,
 }
 
 /// Grid samples as they were stored: never rescaled, never converted.
@@ -177,6 +179,37 @@ impl Grid {
         Ok(Grid {
             lattice,
             samples: Arc::new(samples),
+            coverage: None,
+        })
+    }
+
+    /// The same samples, of which so much is there, x fastest, each in [0, 1]; see
+    /// [`coverage`]. Samples without a value get 0.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for another number of them, and for one that is not in [0, 1].
+    pub fn covered(self, mut coverage: Vec<f32>) -> Result<Grid, Error> {
+        let count = self.samples.len();
+        if coverage.len() != count {
+            return Err(Error::invalid(format!(
+                "a grid of {count} samples needs as many coverages, {} were given",
+                coverage.len()
+            )));
+        }
+        for (i, share) in coverage.iter_mut().enumerate() {
+            if !(0.0..=1.0).contains(share) {
+                return Err(Error::Invalid {
+                    what: format!("the coverage {share} of sample {i}"),
+                    help: Some("give shares from 0, outside, to 1, inside".into()),
+                });
+            }
+            if !is_value(self.samples.get(i)) {
+                *share = 0.0;
+            }
+        }
+        Ok(Grid {
+            coverage: Some(Arc::new(coverage)),
+            ..self
         })
     }
 
@@ -210,6 +243,12 @@ impl Grid {
         &self.samples
     }
 
+    /// How much of each sample is there, x fastest, in [0, 1]; `None` for all of all. What is
+    /// not covered has no scalar, whatever its sample says.
+    pub fn coverage(&self) -> Option<&[f32]> {
+        self.coverage.as_ref().map(|coverage| coverage.as_slice())
+    }
+
     /// Where the point (i, j, k) of the lattice lies; fractions are allowed.
     pub fn world_from_lattice(&self, lattice: DVec3) -> DVec3 {
         self.lattice.point(lattice)
@@ -225,9 +264,18 @@ impl Grid {
         self.lattice.bounds()
     }
 
-    /// The least and greatest finite sample, if there is any.
+    /// The least and greatest finite sample that is covered, if there is any.
     pub fn scalar_range(&self) -> Option<(f64, f64)> {
-        self.samples.range()
+        let Some(coverage) = &self.coverage else {
+            return self.samples.range();
+        };
+        let covered = (0..coverage.len()).filter(|i| coverage[*i] > 0.0);
+        covered
+            .map(|i| self.samples.get(i))
+            .fold(None, |range, scalar| {
+                let (low, high) = range.unwrap_or((scalar, scalar));
+                Some((scalar.min(low), scalar.max(high)))
+            })
     }
 }
 
@@ -268,6 +316,22 @@ mod tests {
         assert!(grid([2, 2, 1], Samples::U8(vec![0; 4])).is_err());
         assert!(grid([2, 2, 2], Samples::U8(vec![0; 7])).is_err());
         assert!(grid([usize::MAX, 2, 2], Samples::U8(vec![0; 7])).is_err());
+    }
+
+    #[test]
+    fn coverage_is_of_values_and_the_range_of_what_is_covered() {
+        let samples = Samples::F32(vec![f32::NAN, 1.0, 2.0, 3.0, 9.0, -5.0, 1.0, f32::INFINITY]);
+        let grid = grid([2, 2, 2], samples).expect("the grid is valid");
+        let coverage = vec![1.0, 0.5, 0.0, 1.0, 0.0, 0.0, 0.25, 0.75];
+        let covered = grid.clone().covered(coverage).expect("shares");
+        let expected = [0.0, 0.5, 0.0, 1.0, 0.0, 0.0, 0.25, 0.0];
+        assert_eq!(covered.coverage(), Some(&expected[..]));
+        assert_eq!(covered.scalar_range(), Some((1.0, 3.0)));
+        let nothing = grid.clone().covered(vec![0.0; 8]).expect("shares");
+        assert_eq!(nothing.scalar_range(), None);
+        for wrong in [vec![1.0; 7], vec![1.5; 8], vec![-0.1; 8], vec![f32::NAN; 8]] {
+            assert!(grid.clone().covered(wrong).is_err());
+        }
     }
 
     #[test]

@@ -91,6 +91,18 @@ impl ScalarMap {
         }
     }
 
+    /// The nearest map that f32 does as (x − low) · unit: both numbers are floats, so that what
+    /// knots are relative to is what samples are relative to, and differences of near scalars are
+    /// exact. The unit is at most 1e30, for the product to be finite.
+    pub fn in_f32(self) -> ScalarMap {
+        let low = self.low.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32;
+        let unit = self.width.recip().clamp(1.0 / HUGE, HUGE) as f32;
+        ScalarMap {
+            low: low.into(),
+            width: f64::from(unit).recip(),
+        }
+    }
+
     /// Whether scalars that were mapped for another transfer function still have
     /// the digits that this one needs, so that they need no new upload.
     ///
@@ -115,6 +127,11 @@ impl ScalarMap {
     /// The scalar that it takes to 0.
     pub fn low(&self) -> f64 {
         self.low
+    }
+
+    /// New units in one of the field's.
+    pub fn unit(&self) -> f64 {
+        self.width.recip()
     }
 
     /// A scalar in the new unit, in f64.
@@ -190,6 +207,26 @@ mod tests {
         );
         assert!(map.scalar(f64::MAX).is_finite() && map.scalar(f64::MIN).is_finite());
         assert!(map.scalar(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn a_map_in_f32_is_one_that_f32_can_do() {
+        for (low, high) in [(0.1, 0.3), (1e6, 1e6 + 0.7), (-7.0, 1e-3), (0.0, 1e-35)] {
+            let map = ScalarMap::of(&ramp(low, high)).in_f32();
+            let (base, unit) = (map.low() as f32, map.unit() as f32);
+            assert_eq!((f64::from(base), f64::from(unit)), (map.low(), map.unit()));
+            for sample in [low, high, 0.5 * (low + high)].map(|s| s as f32) {
+                // The difference rounds once and the product once.
+                let (found, exact) = ((sample - base) * unit, map.exact(sample.into()));
+                let bound = 2.0 * exact.abs() * f64::from(f32::EPSILON) / 2.0;
+                assert!(
+                    (f64::from(found) - exact).abs() <= 1.01 * bound,
+                    "{low} {high}"
+                );
+            }
+        }
+        let huge = ScalarMap::of(&ramp(-1e300, 1e300)).in_f32();
+        assert!((huge.low() as f32).is_finite() && huge.unit() as f32 > 0.0);
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! Reading order: [`adapter`] finds a device and makes a [`Gpu`]; [`memory`]
 //! makes buffers and textures that are checked against its limits, and reads
-//! them back; [`pipelines`] compiles programs and [`passes`] makes bind groups; [`transfer_function`] and
+//! them back; [`device_grid`] is a regular grid that lives there; [`pipelines`] compiles
+//! programs and [`passes`] makes bind groups; [`transfer_function`] and
 //! [`preintegration`] take numbers of `tetrascope-f32` to the device; [`draw`] is the one way in
 //! which renderers record frames, and [`canvas`] what theirs share; [`timer`] measures a frame
 //! there; [`sort`] orders keys on it.
@@ -21,6 +22,7 @@
 
 pub mod adapter;
 pub mod canvas;
+pub mod device_grid;
 pub mod draw;
 pub mod gather;
 pub mod memory;
@@ -38,6 +40,7 @@ pub const QUIET_MESA: (&str, &str) = ("NODEVICE_SELECT", "1");
 
 pub use adapter::{Gpu, GpuOptions, adapters, describe};
 pub use canvas::{Canvas, Sums, SumsKind};
+pub use device_grid::DeviceGrid;
 pub use draw::{Commands, Draw, Outcome, Over, Recorded, SceneDepth, Target};
 pub use memory::read_back;
 pub use pipelines::{ComputeProgram, RenderProgram};

@@ -160,8 +160,25 @@ impl Gpu {
         texture: &wgpu::Texture,
         contents: &[T],
     ) -> Result<(), Error> {
-        let bytes: &[u8] = bytemuck::cast_slice(contents);
-        let size = texture.size();
+        self.write_texels(
+            texture,
+            wgpu::Origin3d::ZERO,
+            texture.size(),
+            bytemuck::cast_slice(contents),
+        )
+    }
+
+    /// Writes the texels of a box of `texture`, row-major and slice by slice, before the next
+    /// submission.
+    ///
+    /// Panics if there are not as many bytes as the box has.
+    pub fn write_texels(
+        &self,
+        texture: &wgpu::Texture,
+        origin: wgpu::Origin3d,
+        size: wgpu::Extent3d,
+        bytes: &[u8],
+    ) -> Result<(), Error> {
         let texel = texture.format().block_copy_size(None).unwrap_or(16);
         let row = size.width * texel;
         assert_eq!(
@@ -174,9 +191,12 @@ impl Gpu {
             bytes_per_row: Some(row),
             rows_per_image: Some(size.height),
         };
-        self.checked("gpu::write_texture", bytes.len() as u64, || {
-            self.queue()
-                .write_texture(texture.as_image_copy(), bytes, layout, size);
+        let to = wgpu::TexelCopyTextureInfo {
+            origin,
+            ..texture.as_image_copy()
+        };
+        self.checked("gpu::write_texels", bytes.len() as u64, || {
+            self.queue().write_texture(to, bytes, layout, size);
         })
     }
 

@@ -123,6 +123,37 @@ impl GridData {
         Ok((volume, field.name))
     }
 
+    /// [`GridData::into_volume`], of which the field that is called `coverage` says how much is
+    /// there; see [`tetrascope_core::grid::coverage`].
+    ///
+    /// # Errors
+    /// As [`GridData::choose`], also of the coverage; [`Error::Invalid`] if one of both stays in
+    /// its file, if they do not lie at the same points, and for shares that are not in [0, 1].
+    pub fn into_covered_volume(
+        self,
+        name: Option<&str>,
+        coverage: &str,
+    ) -> Result<(Volume, String), Error> {
+        let (shares, _) = self.choose(Some(coverage))?;
+        let GridField {
+            lattice, samples, ..
+        } = self.fields[shares].clone();
+        let (volume, name) = self.into_volume(name)?;
+        let (Volume::Grid(grid), FieldSamples::Loaded(samples)) = (volume, samples) else {
+            return Err(Error::Invalid {
+                what: format!("'{name}' or its coverage stays in its file"),
+                help: Some("read all of the file to memory: a coverage is not streamed".into()),
+            });
+        };
+        if *grid.lattice() != lattice {
+            return Err(Error::invalid(format!(
+                "'{name}' and '{coverage}' do not lie at the same points"
+            )));
+        }
+        let shares = (0..samples.len()).map(|i| samples.get(i) as f32).collect();
+        Ok((Volume::Grid(grid.covered(shares)?), name))
+    }
+
     /// A grid whose fields, by name, stay in the file that begins with `head`; `None`
     /// without any.
     pub(crate) fn streamed(

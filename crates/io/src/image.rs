@@ -7,12 +7,15 @@
 //! | NPY | 32-bit linear floats, premultiplied | `NAME.npy.json` beside it |
 
 use std::borrow::Cow;
-use std::io::{Cursor, Write as _};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use exr::prelude::WritableImage as _;
 use tetrascope_core::colormap::linear_to_srgb;
 use tetrascope_core::{Error, Frame};
+
+pub use crate::whole_file::write_file;
+use crate::whole_file::{cannot_write, temporary_file, write_files};
 
 /// Writes `frame` in the format that the extension names: `.png`, `.exr` or `.npy`.
 ///
@@ -62,79 +65,6 @@ pub fn check_path(path: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Writes a whole file or nothing: the bytes go to a temporary file in the same
-/// folder, which then takes the name.
-///
-/// Where the process may not write files of that size (`RLIMIT_FSIZE`), that is an error
-/// only if the process handles or ignores the signal SIGXFSZ, which ends it otherwise.
-///
-/// # Errors
-/// [`Error::Io`] when the folder or the file cannot be written.
-pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    write_files(&[(path, bytes)])
-}
-
-/// Writes all files or none of them; see [`write_file`].
-fn write_files(files: &[(&Path, &[u8])]) -> Result<(), Error> {
-    let mut complete = Vec::new();
-    for (path, bytes) in files {
-        let written = temporary_file(path).and_then(|mut file| {
-            file.write_all(bytes)?;
-            file.as_file().sync_all()?;
-            Ok(file)
-        });
-        complete.push((*path, written.map_err(cannot_write(path))?));
-    }
-    // Now names alone change. What they stood for is kept until all have.
-    let mut replaced: Vec<(&Path, Option<Kept>)> = Vec::new();
-    let several = complete.len() > 1;
-    for (path, file) in complete {
-        let taken = match several {
-            true => keep(path),
-            false => Ok(None),
-        }
-        .and_then(|kept| {
-            file.persist(path).map_err(|error| error.error)?;
-            Ok(kept)
-        });
-        match taken {
-            Ok(kept) => replaced.push((path, kept)),
-            Err(source) => {
-                for (path, kept) in replaced {
-                    // As well as can be: the first failure is what is told.
-                    let _ = match kept {
-                        Some(kept) => kept.persist(path).map(drop).map_err(|error| error.error),
-                        None => std::fs::remove_file(path),
-                    };
-                }
-                return Err(cannot_write(path)(source));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// A second name of a file, removed again unless it takes the first one's place.
-type Kept = tempfile::NamedTempFile<()>;
-
-/// Keeps the file at `path`, if there is one.
-fn keep(path: &Path) -> std::io::Result<Option<Kept>> {
-    if !path.exists() {
-        return Ok(None);
-    }
-    let link = |name: &Path| match std::fs::hard_link(path, name) {
-        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
-            // Not every file system has links.
-            std::fs::copy(path, name).map(drop)
-        }
-        done => done,
-    };
-    let kept = tempfile::Builder::new()
-        .prefix(PREFIX)
-        .make_in(folder(path), link)?;
-    Ok(Some(kept))
-}
-
 /// The extensions of the formats that are written.
 const FORMATS: [&str; 3] = ["png", "exr", "npy"];
 
@@ -144,51 +74,6 @@ fn unknown_format(extension: &str) -> Error {
         name: extension.into(),
         valid: FORMATS.map(String::from).into(),
     }
-}
-
-fn cannot_write(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
-    |source| Error::Io {
-        action: "cannot write",
-        path: path.to_owned(),
-        source: without_path(source),
-    }
-}
-
-/// The error without the path of a temporary file, which is nobody's business.
-///
-/// `tempfile` 3.27 adds it to the words of the operating system's error, which it then
-/// hides.
-fn without_path(error: std::io::Error) -> std::io::Error {
-    let text = error.to_string();
-    match text.split_once(" at path ") {
-        Some((words, path)) if path.contains(PREFIX) => {
-            std::io::Error::new(error.kind(), words.to_owned())
-        }
-        _ => error,
-    }
-}
-
-/// The folder that a file lies in.
-fn folder(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
-}
-
-/// How names of temporary files begin.
-const PREFIX: &str = ".tetrascope-";
-
-/// A file in the folder of `path`, removed again unless it takes that name.
-fn temporary_file(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        // As any new file: readable by whom the umask lets read it.
-        use std::os::unix::fs::PermissionsExt as _;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    builder.prefix(PREFIX).tempfile_in(folder(path))
 }
 
 /// The frame as a PNG file: 8-bit RGBA in sRGB, straight alpha, rounded to the

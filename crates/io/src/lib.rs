@@ -1,9 +1,10 @@
-//! Files in and out: meshes and grids from many formats, images as PNG, EXR and NPY.
+//! Files in and out: meshes and grids from many formats, images as PNG, EXR and NPY, and
+//! grids as `.vti`.
 //!
 //! [`read_file`] finds out the format and returns [`MeshData`], which is points, cells,
 //! every scalar field, and what was noticed on the way, or [`GridData`], which is samples
-//! and where they lie. [`write_image`] writes
-//! a frame with its metadata, whole or not at all.
+//! and where they lie. [`write_image`] writes a frame with its metadata, [`write_grid`] and
+//! [`write_vti`] the samples of a grid, whole or not at all.
 //!
 //! | format | what is read |
 //! |---|---|
@@ -41,11 +42,14 @@ mod mesh_data;
 pub mod plot3d;
 mod read;
 mod source;
+pub mod vti;
 pub mod vtk;
 pub mod vtu;
+mod whole_file;
 
 pub use grid::{FieldSamples, GridData, GridField, RawFile};
 pub use image::{encode_exr, encode_npy, encode_png, write_file, write_image};
 pub use mesh_data::{MeshData, MeshField};
 pub use read::{FileData, ReadOptions, read_file, read_mesh};
+pub use vti::{COVERAGE, Compression, write_grid, write_vti};
 pub(crate) use vtk::parse_float;

@@ -19,7 +19,12 @@ const KEYS: f64 = (1 << KEY_BITS) as f64;
 pub(crate) const KEY_BITS: u32 = 24;
 
 /// The uniform of `frame.wgsl` for a picture of `size` pixels.
-pub(crate) fn frame(plane: &ImagePlane, size: (u32, u32), cell_count: u32, scalars_per_cell: bool) -> Frame {
+pub(crate) fn frame(
+    plane: &ImagePlane,
+    size: (u32, u32),
+    cell_count: u32,
+    scalars_per_cell: bool,
+) -> Frame {
     let ImagePlane {
         anchor,
         anchor_depth,

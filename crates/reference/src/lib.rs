@@ -49,6 +49,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
+use tetrascope_core::grid::coverage::refuse_coverage;
 use tetrascope_core::{
     Abilities, Appearance, Bounds, Entry, Error, Frame, OpticalModel, Promise, TetMesh, View,
     Volume, VolumeRenderer,
@@ -285,11 +286,15 @@ impl VolumeRenderer for Reference {
     }
 }
 
-/// Refuses what is not drawn: parts of an appearance, and a grid that stays in its file.
+/// Refuses what is not drawn: parts of an appearance, a grid that stays in its file, and one
+/// with [coverage](tetrascope_core::grid::coverage).
 ///
 /// # Errors
 /// [`Error::Unsupported`] with the reason, and what [`Appearance::validate_in`] refuses.
 pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
+    let reason =
+        "on a ray its scalar is a quotient of cubics, of whose integral no bound is known here";
+    refuse_coverage(NAME, volume, reason)?;
     match volume {
         Volume::Mesh(_) | Volume::Grid(_) => ABILITIES.check(NAME, appearance, &volume.bounds()),
         _ => Err(Error::Unsupported {

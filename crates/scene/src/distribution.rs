@@ -98,9 +98,19 @@ impl Distribution {
     }
 
     fn of_grid(grid: &Grid) -> Distribution {
-        let total = grid.samples().len();
+        let mut total = grid.samples().len();
         let mut picked = Vec::with_capacity(total.min(MOST_PICKED + 1));
-        pick_samples(grid.samples(), 0, total, &mut picked);
+        match grid.coverage() {
+            None => pick_samples(grid.samples(), 0, total, &mut picked),
+            // Of what is there alone.
+            Some(coverage) => {
+                let covered = picks(0..total, total).filter(|i| coverage[*i] > 0.0);
+                picked.extend(covered.map(|i| grid.samples().get(i)));
+                if total <= MOST_PICKED {
+                    total = picked.len();
+                }
+            }
+        }
         Distribution::of_samples(&picked, total)
     }
 

@@ -3,15 +3,20 @@
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-use tetrascope_core::Error;
+use bytemuck::Zeroable as _;
+use tetrascope_core::{Appearance, Error};
 use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, group};
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
 use tetrascope_gpu::{ComputeProgram, Gpu};
 use tetrascope_shaders::slicing::CULL;
 
+use crate::boxes::{Boxes, places};
+use crate::float_table::FloatTable;
 use crate::frustum::Frustum;
 use crate::gpu_data::{Arguments, Box, Cull};
-use crate::octree::{Octree, Viewer, places};
+use crate::octree::{Octree, Viewer};
+use crate::ranges::first_range;
+use crate::samples::{Content, Samples};
 use crate::skip::SkipTable;
 use crate::voxels::Voxels;
 
@@ -31,11 +36,22 @@ pub(crate) struct CullPass {
 /// The octree and the transfer function on the device.
 #[derive(Debug)]
 pub(crate) struct CullData {
-    table: SkipTable,
+    table: Table,
     counts: wgpu::Buffer,
     bricks: wgpu::Buffer,
-    /// Of the levels that were drawn, the boxes' ranges.
-    ranges: Mutex<HashMap<u32, wgpu::Buffer>>,
+}
+
+/// What tells by a box's range whether it can show.
+#[derive(Debug)]
+enum Table {
+    /// Of ranges that the CPU knows.
+    Samples {
+        table: SkipTable,
+        /// Of the levels that were drawn, the boxes' ranges.
+        ranges: Mutex<HashMap<u32, wgpu::Buffer>>,
+    },
+    /// Of those that only the device knows.
+    Device(FloatTable),
 }
 
 /// The pass for one frame.
@@ -89,15 +105,16 @@ impl CullPass {
         &self,
         gpu: &Gpu,
         data: &CullData,
-        octree: &Octree,
+        samples: &Samples,
         voxels: &Voxels,
         cast: &Cast,
     ) -> Result<Culling, Error> {
-        let halvings = octree.halvings(cast.level);
+        let boxes = &samples.boxes;
+        let halvings = boxes.halvings(cast.level);
         let brick_level = voxels.least_level();
-        let bricks = octree.halvings(brick_level);
+        let bricks = boxes.halvings(brick_level);
         let four = |v: [u32; 3]| [v[0], v[1], v[2], 0];
-        let box_size = octree.box_size(cast.level).map(|s| s as u32);
+        let box_size = boxes.box_size(cast.level).map(|s| s as u32);
         let (eye, from_point) = match cast.viewer {
             Viewer::Eye(eye) => (eye, 1.0),
             Viewer::Direction(direction) => (direction, 0.0),
@@ -105,17 +122,18 @@ impl CullPass {
         let bits: u32 = halvings.iter().sum();
         let block_count = (1_u32 << bits).div_ceil(BLOCK);
         let uniform = Cull {
-            whole: four(octree.box_size(0).map(|s| s as u32)),
+            whole: four(boxes.box_size(0).map(|s| s as u32)),
             box_size: four(box_size),
             halvings: four(halvings),
             brick_shift: four([0, 1, 2].map(|a| halvings[a] - bricks[a])),
-            brick_count: four(octree.divisions(brick_level).map(|n| n as u32)),
+            brick_count: four(boxes.divisions(brick_level).map(|n| n as u32)),
             eye: eye.as_vec3().extend(from_point).to_array(),
             margin: cast.frustum.margin.extend(0.0).to_array(),
             level: cast.level,
             bits,
             plane_count: cast.frustum.planes.len() as u32,
             block_count,
+            ..data.table.uniform(boxes, cast.level)
         };
         let arguments = Arguments {
             index_count: cast.index_count,
@@ -133,8 +151,8 @@ impl CullPass {
         let arguments = gpu.upload(LABEL, &[arguments], usage)?;
         let blocks = gpu.buffer(LABEL, 4 * u64::from(block_count), storage)?;
         let room = cast.room.max(1) * size_of::<Box>();
-        let boxes = gpu.buffer("slicing::boxes", room as u64, storage)?;
-        let ranges = data.ranges(gpu, octree, cast.level)?;
+        let list = gpu.buffer("slicing::boxes", room as u64, storage)?;
+        let ranges = data.ranges(gpu, samples, cast.level)?;
         let buffers = [
             &uniform,
             &ranges,
@@ -142,16 +160,16 @@ impl CullPass {
             &planes,
             &data.bricks,
             &blocks,
-            &boxes,
+            &list,
             &arguments,
         ];
         let buffers = buffers.map(|buffer| buffer.as_entire_binding());
         Ok(Culling {
             group: gpu.checked(LABEL, 0, || group(gpu, LABEL, &self.layout, &buffers))?,
             block_count,
-            boxes,
+            boxes: list,
             arguments,
-            box_count: octree.box_count(cast.level) as u64,
+            box_count: boxes.box_count(cast.level) as u64,
             bytes: bytes as u64,
         })
     }
@@ -172,36 +190,85 @@ impl CullPass {
 }
 
 impl CullData {
-    /// For `voxels` that are all on the device.
+    /// For `voxels` that are all on the device; `table` is that of ranges which the CPU knows.
     pub(crate) fn new(
         gpu: &Gpu,
-        octree: &Octree,
-        table: SkipTable,
+        samples: &Samples,
+        table: Option<SkipTable>,
+        appearance: &Appearance,
         voxels: &Voxels,
     ) -> Result<CullData, Error> {
-        let level = voxels.least_level();
+        let table = match table {
+            None => Table::Device(FloatTable::new(appearance)),
+            Some(table) => Table::Samples {
+                table,
+                ranges: Mutex::default(),
+            },
+        };
+        let (boxes, level) = (&samples.boxes, voxels.least_level());
         let texel = |place| {
             // Bricks that cannot show have no slot, and are not asked for.
-            let [x, y, z] = voxels.texel(octree, level, place).unwrap_or_default();
+            let [x, y, z] = voxels.texel(boxes, level, place).unwrap_or_default();
             [x, y, z, 0]
         };
-        let bricks: Vec<[i32; 4]> = places(octree.divisions(level)).map(texel).collect();
+        let bricks: Vec<[i32; 4]> = places(boxes.divisions(level)).map(texel).collect();
+        let counts = match &table {
+            Table::Samples { table, .. } => table.counts(),
+            Table::Device(table) => &table.counts,
+        };
         Ok(CullData {
-            counts: gpu.upload(LABEL, table.counts(), BufferUsages::STORAGE)?,
+            counts: gpu.upload(LABEL, counts, BufferUsages::STORAGE)?,
             bricks: gpu.upload(LABEL, &bricks, BufferUsages::STORAGE)?,
-            ranges: Mutex::default(),
             table,
         })
     }
 
-    fn ranges(&self, gpu: &Gpu, octree: &Octree, level: u32) -> Result<wgpu::Buffer, Error> {
-        let mut kept = self.ranges.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(ranges) = kept.get(&level) {
-            return Ok(ranges.clone());
+    /// The boxes' ranges of a level; on the device those of all levels.
+    fn ranges(&self, gpu: &Gpu, samples: &Samples, level: u32) -> Result<wgpu::Buffer, Error> {
+        match (&self.table, &samples.content) {
+            (Table::Samples { table, ranges }, Content::Source { octree, .. }) => {
+                entries(gpu, octree, table, ranges, level)
+            }
+            (_, Content::Device { ranges, .. }) => Ok(ranges.buffer.clone()),
+            (Table::Device(_), Content::Source { .. }) => {
+                unreachable!("a source has a table of the ranges that the CPU knows")
+            }
         }
-        let ranges = octree.entries(level, &self.table);
-        let ranges = gpu.upload(LABEL, &ranges, BufferUsages::STORAGE)?;
-        kept.insert(level, ranges.clone());
-        Ok(ranges)
+    }
+}
+
+/// The ranges of a level as entries of `table`, uploaded when they are first needed.
+fn entries(
+    gpu: &Gpu,
+    octree: &Octree,
+    table: &SkipTable,
+    kept: &Mutex<HashMap<u32, wgpu::Buffer>>,
+    level: u32,
+) -> Result<wgpu::Buffer, Error> {
+    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(ranges) = kept.get(&level) {
+        return Ok(ranges.clone());
+    }
+    let ranges = octree.entries(level, table);
+    let ranges = gpu.upload(LABEL, &ranges, BufferUsages::STORAGE)?;
+    kept.insert(level, ranges.clone());
+    Ok(ranges)
+}
+
+impl Table {
+    /// What the shader needs to judge ranges of a level; the rest is 0.
+    fn uniform(&self, boxes: &Boxes, level: u32) -> Cull {
+        match self {
+            Table::Samples { .. } => Cull::zeroed(),
+            Table::Device(table) => Cull {
+                base: table.base,
+                most: table.most,
+                bins_per_scalar: table.bins_per_scalar,
+                offset: table.offset,
+                bins: table.bins,
+                first_range: first_range(boxes, level) as u32,
+                ..Cull::zeroed()
+            },
+        }
     }
 }

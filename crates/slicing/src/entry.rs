@@ -14,7 +14,7 @@ use crate::options::{
     Crossing, Filtering, Gradient, Integration, Level, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL,
     PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength, Storage, Traversal,
 };
-use crate::renderer::source_of;
+use crate::samples::source_of;
 use crate::{ABILITIES, NAME};
 
 /// What this algorithm says about itself.
@@ -74,6 +74,10 @@ pub const ENTRY: Entry = Entry {
         let options = SlicingOptions::from_settings(settings);
         let source = source_of(volume)?;
         check(&*source, appearance, &options)?;
+        if source.has_coverage() {
+            options.check_coverage(appearance.optical_model)?;
+            options.check_device_grid(&source.lattice())?;
+        }
         check_view(source, view, &options)
     },
 };

@@ -201,7 +201,9 @@ pub(crate) fn geometry(
             front: front_corner(axis.as_vec3()),
             scalar_unit: 1.0,
             scalar_base: 0.0,
-            padding: [0.0; 3],
+            raw_unit: 1.0,
+            raw_base: 0.0,
+            raw_most: f32::MAX,
         },
         viewer: if is_perspective {
             // Rounded as on the device, for the same order there.

@@ -33,7 +33,9 @@ pub(crate) struct Frame {
     pub(crate) front: u32,
     pub(crate) scalar_unit: f32,
     pub(crate) scalar_base: f32,
-    pub(crate) padding: [f32; 3],
+    pub(crate) raw_unit: f32,
+    pub(crate) raw_base: f32,
+    pub(crate) raw_most: f32,
 }
 
 /// The mirror of `Box` in `box.wgsl`.
@@ -71,6 +73,27 @@ pub(crate) struct Cull {
     pub(crate) bits: u32,
     pub(crate) plane_count: u32,
     pub(crate) block_count: u32,
+    pub(crate) base: f32,
+    pub(crate) most: f32,
+    pub(crate) bins_per_scalar: f32,
+    pub(crate) offset: f32,
+    pub(crate) bins: u32,
+    pub(crate) first_range: u32,
+    pub(crate) padding: [u32; 2],
+}
+
+/// The mirror of `Ranges` in `ranges.wgsl`, where each field is explained.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct Ranges {
+    pub(crate) cells: [u32; 4],
+    pub(crate) box_size: [u32; 4],
+    pub(crate) divisions: [u32; 4],
+    pub(crate) halved: [u32; 4],
+    pub(crate) first: u32,
+    pub(crate) first_below: u32,
+    pub(crate) reach: u32,
+    pub(crate) padding: u32,
 }
 
 /// What an indexed draw takes from the device; the mirror of `Arguments` in `cull.wgsl`.
@@ -97,7 +120,8 @@ pub(crate) struct Tables {
 mod tests {
     use tetrascope_shaders::assert_layout;
     use tetrascope_shaders::slicing::{
-        CULL, SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED, SLICE_UNSIGNED,
+        CULL, RANGES, SLICE_COVERED, SLICE_DEVICE, SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED,
+        SLICE_UNSIGNED,
     };
 
     use super::*;
@@ -118,7 +142,25 @@ mod tests {
                 level,
                 bits,
                 plane_count,
-                block_count
+                block_count,
+                base,
+                most,
+                bins_per_scalar,
+                offset,
+                bins,
+                first_range,
+            }
+        );
+        assert_layout!(
+            RANGES,
+            Ranges {
+                cells,
+                box_size,
+                divisions,
+                halved,
+                first,
+                first_below,
+                reach,
             }
         );
         assert_layout!(
@@ -131,7 +173,15 @@ mod tests {
                 first_instance
             }
         );
-        for program in [SLICE_FLOAT, SLICE_UNSIGNED, SLICE_SIGNED, SLICE_FILTERED] {
+        let programs = [
+            SLICE_FLOAT,
+            SLICE_UNSIGNED,
+            SLICE_SIGNED,
+            SLICE_FILTERED,
+            SLICE_DEVICE,
+            SLICE_COVERED,
+        ];
+        for program in programs {
             assert_layout!(
                 program,
                 Frame {
@@ -162,6 +212,9 @@ mod tests {
                     front,
                     scalar_unit,
                     scalar_base,
+                    raw_unit,
+                    raw_base,
+                    raw_most,
                 }
             );
             assert_layout!(program, Box { low, texel });

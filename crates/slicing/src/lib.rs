@@ -15,6 +15,9 @@
 //!    greatest values, box by box, and visits boxes back to front (§6); `skip` tells which
 //!    of them the transfer function shows. [`Traversal::Gpu`] does so on the device, all
 //!    boxes at once: `cull` (`cull.wgsl`).
+//!    Or they are on the device already, in a [`DeviceGrid`](tetrascope_gpu::DeviceGrid) that a
+//!    compute pass has made ([`Slicing::from_device`]): `ranges` (`ranges.wgsl`) finds the values
+//!    of boxes there, and `float_table` is what tells which of them show.
 //! 3. `frame` is the camera in the volume's lattice, and `frustum` what it sees of it.
 //! 4. `slice` draws boxes, each an instance of one stack of polygons. `slab.wgsl` is the
 //!    part of a ray that a fragment stands for, `slice.wgsl` what it adds to a pixel (§7),
@@ -57,13 +60,18 @@
 //! - Samples that fill cells of their own are drawn cell by cell within each slab, exactly;
 //!   they have no gradient, so shading and isosurfaces do nothing there.
 //! - What is streamed cannot be recorded into a caller's encoder.
+//! - A grid with [coverage](tetrascope_core::grid::coverage) is on the device as a whole, as is
+//!   any [`DeviceGrid`](tetrascope_gpu::DeviceGrid); it has neither isosurfaces, nor greatest
+//!   colors, nor shading, and its samples do not fill cells.
 
 pub mod box_plane;
+mod boxes;
 mod cells;
 mod count;
 pub mod counters;
 mod cull;
 mod entry;
+mod float_table;
 mod frame;
 mod frustum;
 mod gpu_data;
@@ -71,9 +79,12 @@ mod maxima;
 mod octree;
 mod options;
 mod polygons;
+mod ranges;
 mod renderer;
+mod samples;
 mod skip;
 mod slice;
+mod texels;
 mod voxels;
 
 pub use entry::ENTRY;

@@ -4,46 +4,24 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::{BrickSource, Region, SampleType, Samples};
 use tetrascope_core::{Appearance, Error};
 
+use crate::boxes::{Boxes, Place, places};
 use crate::frustum::Frustum;
-use crate::options::MAX_LEVEL;
 use crate::skip::SkipTable;
-
-/// An axis is halved while its boxes keep about this many cells.
-const LEAST_CELLS: usize = 8;
-
-/// Cells along an axis of a brick, at most, unless the octree is not that deep.
-const BRICK_CELLS: usize = 64;
 
 /// About how many samples are read at a time, where bricks are not larger.
 const RUN_SAMPLES: usize = 1 << 22;
 
 /// Least and greatest samples of nested boxes.
-///
-/// Level l divides each axis into 2^l boxes, or as many as it has at most; all boxes of a
-/// level have the same size, so those at the far ends may reach out of the volume.
 #[derive(Debug)]
 pub(crate) struct Octree {
-    cells: [usize; 3],
-    /// How often each axis is halved.
-    halvings: [u32; 3],
-    /// Cells of a box of the deepest level.
-    leaf: [usize; 3],
-    levels: Vec<Ranges>,
+    pub(crate) boxes: Boxes,
+    /// By level and number of the box: least and greatest sample; empty (least above
+    /// greatest) without any that is finite.
+    ranges: Vec<Vec<[f32; 2]>>,
     sample_type: SampleType,
     /// Whether some sample is not finite, and so has no value.
     pub(crate) gaps: bool,
 }
-
-/// The boxes of one level, x fastest.
-#[derive(Debug)]
-struct Ranges {
-    divisions: [usize; 3],
-    /// Least and greatest sample; empty (least above greatest) without any that is finite.
-    ranges: Vec<[f32; 2]>,
-}
-
-/// A box of one level, by its place along each axis.
-pub(crate) type Place = [usize; 3];
 
 /// From where the volume is seen, lattice space.
 #[derive(Clone, Copy, Debug)]
@@ -73,27 +51,14 @@ pub(crate) struct Visibility {
 impl Octree {
     /// Reads all samples once; each box includes those `reach` samples around it.
     pub(crate) fn build(source: &dyn BrickSource, reach: usize) -> Result<Octree, Error> {
-        let cells = source.lattice().cells();
-        let halvings = cells.map(|c| {
-            // One more, as 256 samples have 255 cells.
-            let deep = ((c + 1) / LEAST_CELLS).max(1).ilog2();
-            deep.min(MAX_LEVEL)
-        });
-        let leaf = [0, 1, 2].map(|a| cells[a].div_ceil(1 << halvings[a]));
-        let deepest = halvings.into_iter().max().unwrap_or(0);
-        let levels = (0..=deepest).map(|level| {
-            let divisions = halvings.map(|h| 1 << level.min(h));
-            let count = divisions.iter().product();
-            Ranges {
-                divisions,
-                ranges: vec![[f32::INFINITY, f32::NEG_INFINITY]; count],
-            }
+        let boxes = Boxes::new(source.lattice().cells());
+        let ranges = (0..=boxes.deepest()).map(|level| {
+            let count = boxes.divisions(level).iter().product();
+            vec![[f32::INFINITY, f32::NEG_INFINITY]; count]
         });
         let mut octree = Octree {
-            cells,
-            halvings,
-            leaf,
-            levels: levels.collect(),
+            boxes,
+            ranges: ranges.collect(),
             sample_type: source.sample_type(),
             gaps: false,
         };
@@ -105,16 +70,17 @@ impl Octree {
     /// Fills the deepest level, some bricks in a row at a time, as all samples may not fit
     /// in memory and long rows are read fastest.
     fn read(&mut self, source: &dyn BrickSource, reach: usize) -> Result<(), Error> {
-        let (brick_level, deepest) = (self.brick_level(|_| true), self.deepest());
-        let bricks = self.levels[brick_level as usize].divisions;
-        let per_brick = [0, 1, 2].map(|a| self.levels[deepest as usize].divisions[a] / bricks[a]);
-        let brick_samples: usize = self.box_size(brick_level).iter().product();
+        let boxes = self.boxes;
+        let (brick_level, deepest) = (brick_level(&boxes, |_| true), boxes.deepest());
+        let bricks = boxes.divisions(brick_level);
+        let per_brick = [0, 1, 2].map(|a| boxes.divisions(deepest)[a] / bricks[a]);
+        let brick_samples: usize = boxes.box_size(brick_level).iter().product();
         let run = (RUN_SAMPLES / brick_samples).clamp(1, bricks[0]);
         let runs = [bricks[0].div_ceil(run), bricks[1], bricks[2]];
         for [first, y, z] in places(runs).map(|[x, y, z]| [x * run, y, z]) {
             let count = run.min(bricks[0] - first);
             let of_bricks = (first..first + count)
-                .filter_map(|x| self.region(brick_level, [x, y, z], reach))
+                .filter_map(|x| boxes.region(brick_level, [x, y, z], reach))
                 .reduce(|all, next| Region {
                     low: all.low,
                     size: [
@@ -130,7 +96,7 @@ impl Octree {
             for within in places([count * per_brick[0], per_brick[1], per_brick[2]]) {
                 let brick = [first, y, z];
                 let place = [0, 1, 2].map(|a| brick[a] * per_brick[a] + within[a]);
-                let Some(part) = self.region(deepest, place, reach) else {
+                let Some(part) = boxes.region(deepest, place, reach) else {
                     continue;
                 };
                 let part = Region {
@@ -138,8 +104,7 @@ impl Octree {
                     size: part.size,
                 };
                 let (range, gaps) = range(&samples, region.size, part);
-                let index = self.index(deepest, place);
-                self.levels[deepest as usize].ranges[index] = range;
+                self.ranges[deepest as usize][boxes.index(deepest, place)] = range;
                 self.gaps |= gaps;
             }
         }
@@ -148,93 +113,20 @@ impl Octree {
 
     /// Fills every level from the one below.
     fn gather(&mut self) {
-        for level in (0..self.deepest()).rev() {
-            for place in places(self.levels[level as usize + 1].divisions) {
+        let boxes = self.boxes;
+        for level in (0..boxes.deepest()).rev() {
+            for place in places(boxes.divisions(level + 1)) {
                 let [low, high] = self.range(level + 1, place);
-                let above = self.parent(level + 1, place);
-                let index = self.index(level, above);
-                let range = &mut self.levels[level as usize].ranges[index];
+                let above = boxes.ancestor(level + 1, place, level);
+                let range = &mut self.ranges[level as usize][boxes.index(level, above)];
                 *range = [range[0].min(low), range[1].max(high)];
             }
         }
     }
 
-    /// The number of the deepest level; the whole volume is level 0.
-    pub(crate) fn deepest(&self) -> u32 {
-        self.levels.len() as u32 - 1
-    }
-
-    /// How often each axis is halved down to this level.
-    pub(crate) fn halvings(&self, level: u32) -> [u32; 3] {
-        self.halvings.map(|h| level.min(h))
-    }
-
-    /// The first level whose boxes are small enough for bricks and, by their sizes in cells,
-    /// fit.
-    pub(crate) fn brick_level(&self, fits: impl Fn([usize; 3]) -> bool) -> u32 {
-        let small = |level: &u32| {
-            let size = self.box_size(*level);
-            size.iter().all(|s| *s <= BRICK_CELLS) && fits(size)
-        };
-        (0..self.deepest()).find(small).unwrap_or(self.deepest())
-    }
-
-    /// Cells along each axis of a box.
-    pub(crate) fn box_size(&self, level: u32) -> [usize; 3] {
-        [0, 1, 2].map(|a| self.leaf[a] << (self.halvings[a] - level.min(self.halvings[a])))
-    }
-
-    /// How many boxes a level has along each axis, those outside of the volume too.
-    pub(crate) fn divisions(&self, level: u32) -> [usize; 3] {
-        self.levels[level as usize].divisions
-    }
-
-    /// How many boxes a level has, those outside of the volume not counted.
-    pub(crate) fn box_count(&self, level: u32) -> usize {
-        let size = self.box_size(level);
-        (0..3).map(|a| self.cells[a].div_ceil(size[a])).product()
-    }
-
-    /// The box's number among those of its level.
-    pub(crate) fn index(&self, level: u32, place: Place) -> usize {
-        let [x, y, _] = self.levels[level as usize].divisions;
-        place[0] + x * (place[1] + y * place[2])
-    }
-
-    /// The box of level `above` that contains this one.
-    pub(crate) fn ancestor(&self, level: u32, place: Place, above: u32) -> Place {
-        [0, 1, 2].map(|a| {
-            let h = self.halvings[a];
-            place[a] >> (level.min(h) - above.min(h))
-        })
-    }
-
-    fn parent(&self, level: u32, place: Place) -> Place {
-        self.ancestor(level, place, level - 1)
-    }
-
-    /// The box's least corner, lattice space.
-    pub(crate) fn low(&self, level: u32, place: Place) -> [usize; 3] {
-        let size = self.box_size(level);
-        [0, 1, 2].map(|a| place[a] * size[a])
-    }
-
-    /// The samples of a box and `reach` around it, as far as there are any; `None` if the
-    /// box lies outside of the volume.
-    pub(crate) fn region(&self, level: u32, place: Place, reach: usize) -> Option<Region> {
-        let (low, size) = (self.low(level, place), self.box_size(level));
-        let outside = (0..3).any(|a| low[a] >= self.cells[a]);
-        let first = low.map(|l| l.saturating_sub(reach));
-        let last = [0, 1, 2].map(|a| (low[a] + size[a] + reach).min(self.cells[a]));
-        (!outside).then(|| Region {
-            low: first,
-            size: [0, 1, 2].map(|a| last[a] + 1 - first[a]),
-        })
-    }
-
     /// The least and greatest sample of a box.
     pub(crate) fn range(&self, level: u32, place: Place) -> [f32; 2] {
-        self.levels[level as usize].ranges[self.index(level, place)]
+        self.ranges[level as usize][self.boxes.index(level, place)]
     }
 
     /// What tells by a range of samples whether `appearance` shows any of it.
@@ -244,7 +136,7 @@ impl Octree {
 
     /// The range of each box of a level, x fastest, as entries of `table`.
     pub(crate) fn entries(&self, level: u32, table: &SkipTable) -> Vec<[u32; 2]> {
-        let ranges = self.levels[level as usize].ranges.iter();
+        let ranges = self.ranges[level as usize].iter();
         ranges
             .map(|[low, high]| table.entries((*low).into(), (*high).into()))
             .collect()
@@ -253,11 +145,11 @@ impl Octree {
     /// Which boxes can show.
     pub(crate) fn visibility(&self, table: &SkipTable) -> Visibility {
         let levels: Vec<Vec<bool>> = self
-            .levels
+            .ranges
             .iter()
             .map(|level| {
-                let ranges = level.ranges.iter();
-                ranges
+                level
+                    .iter()
                     .map(|[low, high]| table.shows((*low).into(), (*high).into()))
                     .collect()
             })
@@ -291,8 +183,10 @@ impl Octree {
     }
 
     fn visit(&self, level: u32, place: Place, seen: &Seen, found: &mut Vec<Place>) {
-        let shows = seen.visibility.contains(level, self.index(level, place));
-        let (low, size) = (self.low(level, place), self.box_size(level));
+        let shows = seen
+            .visibility
+            .contains(level, self.boxes.index(level, place));
+        let (low, size) = (self.boxes.low(level, place), self.boxes.box_size(level));
         if !shows || !seen.frustum.shows(low, size) {
             return;
         }
@@ -300,10 +194,11 @@ impl Octree {
             found.push(place);
             return;
         }
-        let size = self.box_size(level + 1);
+        let size = self.boxes.box_size(level + 1);
+        let halvings = self.boxes.halvings(self.boxes.deepest());
         // The far child of each axis, then the near one; one child where it is not halved.
         let children = [0, 1, 2].map(|a| {
-            if level >= self.halvings[a] {
+            if level >= halvings[a] {
                 return [place[a]; 2];
             }
             let (lower, upper) = (2 * place[a], 2 * place[a] + 1);
@@ -320,7 +215,7 @@ impl Octree {
         let each = |a: usize| {
             children[a]
                 .iter()
-                .take(if level < self.halvings[a] { 2 } else { 1 })
+                .take(if level < halvings[a] { 2 } else { 1 })
         };
         for z in each(2) {
             for y in each(1) {
@@ -344,10 +239,12 @@ impl Visibility {
     }
 }
 
-/// Every place in a lattice of boxes, x fastest.
-pub(crate) fn places(divisions: [usize; 3]) -> impl Iterator<Item = Place> {
-    let [nx, ny, nz] = divisions;
-    (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])))
+/// Cells along an axis of a brick, at most, unless the octree is not that deep.
+const BRICK_CELLS: usize = 64;
+
+/// The first level whose boxes are small enough for bricks and, by their sizes in cells, fit.
+pub(crate) fn brick_level(boxes: &Boxes, fits: impl Fn([usize; 3]) -> bool) -> u32 {
+    boxes.first_level(|size| size.iter().all(|s| *s <= BRICK_CELLS) && fits(size))
 }
 
 /// The least and greatest finite sample of a part of `samples`, and whether others are not.

@@ -1,7 +1,10 @@
 //! What can be chosen.
 
+use tetrascope_core::grid::{Interpolation, Lattice};
 use tetrascope_core::{Error, OpticalModel, Settings};
 use tetrascope_f32::Domain;
+
+use crate::NAME;
 
 use crate::ENTRY;
 
@@ -127,6 +130,53 @@ impl SlicingOptions {
         Ok(())
     }
 
+    /// Refuses a grid on the device that cannot be drawn so.
+    pub(crate) fn check_device_grid(&self, lattice: &Lattice) -> Result<(), Error> {
+        self.check_interpolation(lattice)?;
+        let refused = match (self.slicer, self.storage) {
+            (Slicer::Cpu, _) => ("polygons cut on the CPU", "only the GPU knows its boxes"),
+            (_, Storage::Bricks) => ("bricks", "it is one texture"),
+            _ => return Ok(()),
+        };
+        let (what, reason) = refused;
+        Err(Error::Unsupported {
+            renderer: NAME,
+            what: format!("a grid on the device in {what}"),
+            reason: reason.into(),
+        })
+    }
+
+    /// Refuses a grid for the device whose samples fill cells.
+    pub(crate) fn check_interpolation(&self, lattice: &Lattice) -> Result<(), Error> {
+        match lattice.interpolation {
+            Interpolation::Linear => Ok(()),
+            Interpolation::Nearest => Err(Error::Unsupported {
+                renderer: NAME,
+                what: "samples that fill cells, on the device".into(),
+                reason: "its slices need one sample more along each axis".into(),
+            }),
+        }
+    }
+
+    /// Refuses what has no meaning for a volume with
+    /// [coverage](tetrascope_core::grid::coverage).
+    pub(crate) fn check_coverage(&self, model: OpticalModel) -> Result<(), Error> {
+        let what = match model {
+            OpticalModel::EmissionAbsorption
+            | OpticalModel::Emission
+            | OpticalModel::Absorption => match self.shading {
+                Shading::None => return Ok(()),
+                Shading::Phong(_) => "shading".to_owned(),
+            },
+            other => format!("the model {}", other.name()),
+        };
+        Err(Error::Unsupported {
+            renderer: NAME,
+            what: format!("{what} of a grid with coverage"),
+            reason: "coverage scales extinction, and has no other meaning".into(),
+        })
+    }
+
     /// Samples beyond a box that its slabs may read in `model`.
     pub(crate) fn reach(&self, model: OpticalModel) -> usize {
         let central = !self.is_trilinear(model);
@@ -221,7 +271,8 @@ pub enum Traversal {
     Cpu,
     /// The GPU, all boxes of a level at once; nothing but the camera is sent for a frame.
     /// A volume that is streamed is traversed by the CPU, which has to know what to
-    /// stream, and the frame says so.
+    /// stream, and the frame says so. A grid on the device, and one with coverage, is always
+    /// traversed by the GPU, which alone knows its ranges.
     Gpu,
 }
 
@@ -234,7 +285,8 @@ pub const MAX_LEVEL: u32 = 7;
 pub enum Level {
     /// This level, at most [`MAX_LEVEL`]; 0 is one box.
     Fixed(u32),
-    /// For drawing, the level for which fragments saved most outweigh polygons added; for
+    /// For drawing, the level for which fragments saved most outweigh polygons added, or on the
+    /// device, where nobody counts boxes before, the first of at most 16 cells a side; for
     /// bricks, the first of at most 64 cells a side that fit the budget.
     Auto,
 }

@@ -3,117 +3,16 @@
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-use tetrascope_core::grid::{BrickSource, Region, SampleType, Samples};
-use tetrascope_core::{Appearance, Error};
+use tetrascope_core::Error;
+use tetrascope_core::grid::{BrickSource, Region, Samples};
 use tetrascope_f32::ScalarMap;
-use tetrascope_gpu::Gpu;
-use tetrascope_gpu::wgpu::{
-    self, Extent3d, Features, Origin3d, TextureDimension, TextureFormat, TextureUsages,
-};
-use tetrascope_shaders::slicing::{SLICE_FILTERED, SLICE_FLOAT, SLICE_SIGNED, SLICE_UNSIGNED};
+use tetrascope_gpu::wgpu::{self, Extent3d, Origin3d, TextureFormat, TextureUsages};
+use tetrascope_gpu::{DeviceGrid, Gpu};
 
-use crate::octree::{Octree, Place, Visibility, places};
-use crate::options::{Filtering, Level, SlicingOptions, Storage};
-
-/// Stored for what is not finite: beyond `GAP` in `slab.wgsl`, also a small share of it.
-const GAP: f32 = 1e38;
-
-/// Scalars are clamped here, where any transfer function is constant, and far below `GAP`.
-const MOST: f32 = 1e20;
-
-/// How samples of one type lie in a texture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Texels {
-    pub(crate) format: TextureFormat,
-    /// What reads them.
-    pub(crate) program: &'static str,
-    /// Whether the texture unit filters them.
-    pub(crate) filtered: bool,
-    /// What is read times this is the sample.
-    unit: f32,
-    /// Of one texel.
-    bytes: u64,
-}
-
-impl Texels {
-    /// Those for `sample_type`; filtered by the texture unit if it is asked for and can.
-    ///
-    /// Bytes are filtered as 16 bits: where texels have 8, so has what is read between
-    /// them on some devices (llvmpipe: 8-bit formats that are not signed), which makes steps
-    /// of a slope. As 16-bit integers they become 257 times as large, which is exact, as
-    /// 257 · 255 = 65 535; half floats hold them as they are, and are filtered everywhere.
-    pub(crate) fn of(gpu: &Gpu, sample_type: SampleType, filtering: Filtering) -> Texels {
-        let texels = |format: TextureFormat, program, filtered, unit| Texels {
-            format,
-            program,
-            filtered,
-            unit,
-            bytes: format.block_copy_size(None).map_or(4, u64::from),
-        };
-        let has = |feature| gpu.features().contains(feature);
-        let short = Features::TEXTURE_FORMAT_16BIT_NORM;
-        let filter = SLICE_FILTERED;
-        if filtering == Filtering::Hardware {
-            match sample_type {
-                SampleType::U8 if has(short) => {
-                    return texels(TextureFormat::R16Unorm, filter, true, 255.0);
-                }
-                SampleType::U8 => return texels(TextureFormat::R16Float, filter, true, 1.0),
-                SampleType::U16 if has(short) => {
-                    return texels(TextureFormat::R16Unorm, filter, true, 65535.0);
-                }
-                SampleType::I16 if has(short) => {
-                    return texels(TextureFormat::R16Snorm, filter, true, 32767.0);
-                }
-                SampleType::F32 if has(Features::FLOAT32_FILTERABLE) => {
-                    return texels(TextureFormat::R32Float, filter, true, 1.0);
-                }
-                _ => {}
-            }
-        }
-        match sample_type {
-            SampleType::U8 => texels(TextureFormat::R8Uint, SLICE_UNSIGNED, false, 1.0),
-            SampleType::U16 => texels(TextureFormat::R16Uint, SLICE_UNSIGNED, false, 1.0),
-            SampleType::I16 => texels(TextureFormat::R16Sint, SLICE_SIGNED, false, 1.0),
-            SampleType::F32 => texels(TextureFormat::R32Float, SLICE_FLOAT, false, 1.0),
-        }
-    }
-}
-
-/// From what a texture holds to the unit of the transfer function on the device.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Scale {
-    /// As in `Frame` of `frame.wgsl`.
-    pub(crate) unit: f32,
-    pub(crate) base: f32,
-}
-
-impl Scale {
-    /// How samples of a volume with the finite `range` become scalars.
-    ///
-    /// Floats are stored in the transfer function's unit. Integers are stored as they are
-    /// and keep their unit, and a whole number near the transfer function's lower end is
-    /// taken off them: that is exact, so that a sample on a step of the transfer function, or
-    /// on an isosurface, stays on it.
-    pub(crate) fn of(
-        texels: Texels,
-        sample_type: SampleType,
-        appearance: &Appearance,
-        range: Option<(f64, f64)>,
-    ) -> (Scale, ScalarMap) {
-        let map = ScalarMap::of_appearance(appearance, range);
-        if sample_type == SampleType::F32 {
-            let (unit, base) = (1.0, 0.0);
-            return (Scale { unit, base }, map);
-        }
-        let base = map.low().round().clamp(-65536.0, 65536.0);
-        let scale = Scale {
-            unit: texels.unit,
-            base: base as f32,
-        };
-        (scale, ScalarMap::from_low(base))
-    }
-}
+use crate::boxes::{Boxes, Place, places};
+use crate::octree::{Visibility, brick_level};
+use crate::options::{Level, SlicingOptions, Storage};
+use crate::texels::{GAP, MOST, Texels, half_of};
 
 /// The samples of a volume on the device.
 #[derive(Debug)]
@@ -157,7 +56,7 @@ impl Voxels {
     pub(crate) fn new(
         gpu: &Gpu,
         source: &dyn BrickSource,
-        octree: &Octree,
+        boxes: &Boxes,
         visibility: &Visibility,
         map: ScalarMap,
         reach: usize,
@@ -174,13 +73,15 @@ impl Voxels {
             && dims
                 .iter()
                 .all(|d| *d as u64 <= gpu.limits().max_texture_dimension_3d.into());
-        let make = |size: [u32; 3], bytes| {
-            let texture = volume_texture(gpu, size, texels.format, bytes)?;
+        let make = |size: [u32; 3]| {
+            let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+            let texture =
+                gpu.texture_3d("the volume's samples", extent(size), texels.format, usage)?;
             Ok::<_, Error>((texture.create_view(&Default::default()), texture))
         };
         if fits && options.storage == Storage::Auto {
             let bytes = whole.unwrap_or(u64::MAX);
-            let (view, texture) = make(dims.map(|d| d as u32), bytes)?;
+            let (view, texture) = make(dims.map(|d| d as u32))?;
             let mut voxels = Voxels {
                 view,
                 texture,
@@ -195,10 +96,10 @@ impl Voxels {
             voxels.upload_all(gpu, source)?;
             return Ok(voxels);
         }
-        let slots = Slots::plan(gpu, octree, visibility, texels, reach, options)?;
+        let slots = Slots::plan(gpu, boxes, visibility, texels, reach, options)?;
         let size = [0, 1, 2].map(|a| slots.size[a] * slots.along[a]);
         let bytes = size.iter().fold(texels.bytes, |n, s| n * u64::from(*s));
-        let (view, texture) = make(size, bytes)?;
+        let (view, texture) = make(size)?;
         let complete = slots.complete;
         let mut voxels = Voxels {
             view,
@@ -212,9 +113,24 @@ impl Voxels {
             reach,
         };
         if complete {
-            voxels.bytes_uploaded = voxels.upload_visible(gpu, source, octree, visibility)?;
+            voxels.bytes_uploaded = voxels.upload_visible(gpu, source, boxes, visibility)?;
         }
         Ok(voxels)
+    }
+
+    /// Those of a grid that is on the device already: nothing is uploaded.
+    pub(crate) fn on_device(grid: &DeviceGrid) -> Voxels {
+        Voxels {
+            view: grid.texture().create_view(&Default::default()),
+            texture: grid.texture().clone(),
+            texels: Texels::on_device(grid.texels()),
+            slots: None,
+            bytes: grid.bytes(),
+            bytes_uploaded: 0,
+            budget: 0,
+            map: ScalarMap::from_low(0.0),
+            reach: 0,
+        }
     }
 
     /// The least level that boxes may have: a box must lie in one brick.
@@ -228,56 +144,56 @@ impl Voxels {
     }
 
     /// What turns the index of a sample in a box into its texel, if it is on the device.
-    pub(crate) fn texel(&self, octree: &Octree, level: u32, place: Place) -> Option<[i32; 3]> {
+    pub(crate) fn texel(&self, boxes: &Boxes, level: u32, place: Place) -> Option<[i32; 3]> {
         let Some(slots) = &self.slots else {
             return Some([0; 3]);
         };
-        let brick = octree.ancestor(level, place, slots.level);
+        let brick = boxes.ancestor(level, place, slots.level);
         let held = slots.held.lock().unwrap_or_else(PoisonError::into_inner);
-        let slot = *held.slot_of.get(&octree.index(slots.level, brick))?;
-        let region = octree.region(slots.level, brick, self.reach)?;
+        let slot = *held.slot_of.get(&boxes.index(slots.level, brick))?;
+        let region = boxes.region(slots.level, brick, self.reach)?;
         let origin = slots.origin(slot);
         Some([0, 1, 2].map(|a| origin[a] as i32 - region.low[a] as i32))
     }
 
-    /// Splits `boxes`, back to front, into runs whose bricks fit on the device together.
-    pub(crate) fn batches(&self, octree: &Octree, level: u32, boxes: &[Place]) -> Vec<usize> {
+    /// Splits the boxes that are `drawn`, back to front, into runs whose bricks fit on the device together.
+    pub(crate) fn batches(&self, boxes: &Boxes, level: u32, drawn: &[Place]) -> Vec<usize> {
         let Some(slots) = self.slots.as_ref().filter(|s| !s.complete) else {
-            return vec![boxes.len()];
+            return vec![drawn.len()];
         };
         let mut ends = Vec::new();
         let mut bricks = std::collections::HashSet::new();
-        for (i, place) in boxes.iter().enumerate() {
-            let brick = octree.ancestor(level, *place, slots.level);
-            let brick = octree.index(slots.level, brick);
+        for (i, place) in drawn.iter().enumerate() {
+            let brick = boxes.ancestor(level, *place, slots.level);
+            let brick = boxes.index(slots.level, brick);
             if !bricks.contains(&brick) && bricks.len() == slots.count as usize {
                 ends.push(i);
                 bricks.clear();
             }
             bricks.insert(brick);
         }
-        ends.push(boxes.len());
+        ends.push(drawn.len());
         ends
     }
 
-    /// Brings the bricks of `boxes`, one of the [`Voxels::batches`], onto the device.
+    /// Brings the bricks of `drawn`, one of the [`Voxels::batches`], onto the device.
     /// Returns the bytes written. What was drawn from the slots before must be submitted.
     pub(crate) fn stream(
         &self,
         gpu: &Gpu,
         source: &dyn BrickSource,
-        octree: &Octree,
+        boxes: &Boxes,
         level: u32,
-        boxes: &[Place],
+        drawn: &[Place],
     ) -> Result<u64, Error> {
         let Some(slots) = self.slots.as_ref().filter(|s| !s.complete) else {
             return Ok(0);
         };
         let mut held = slots.held.lock().unwrap_or_else(PoisonError::into_inner);
         let mut wanted: Vec<(usize, Place)> = Vec::new();
-        for place in boxes {
-            let brick = octree.ancestor(level, *place, slots.level);
-            let index = octree.index(slots.level, brick);
+        for place in drawn {
+            let brick = boxes.ancestor(level, *place, slots.level);
+            let index = boxes.index(slots.level, brick);
             // A brick's boxes are neighbors in the order.
             if wanted.last().is_none_or(|(last, _)| *last != index) {
                 wanted.push((index, brick));
@@ -296,7 +212,7 @@ impl Voxels {
             if let Some(old) = held.brick_in[slot as usize].take() {
                 held.slot_of.remove(&old);
             }
-            let bytes = self.upload_brick(gpu, source, octree, slots, brick, slot)?;
+            let bytes = self.upload_brick(gpu, source, boxes, slots, brick, slot)?;
             writer.wrote(gpu, bytes)?;
             held.slot_of.insert(index, slot);
             held.brick_in[slot as usize] = Some(index);
@@ -308,12 +224,12 @@ impl Voxels {
         &self,
         gpu: &Gpu,
         source: &dyn BrickSource,
-        octree: &Octree,
+        boxes: &Boxes,
         slots: &Slots,
         brick: Place,
         slot: u32,
     ) -> Result<u64, Error> {
-        let region = octree.region(slots.level, brick, self.reach);
+        let region = boxes.region(slots.level, brick, self.reach);
         let Some(region) = region else {
             return Ok(0);
         };
@@ -324,7 +240,7 @@ impl Voxels {
         &self,
         gpu: &Gpu,
         source: &dyn BrickSource,
-        octree: &Octree,
+        boxes: &Boxes,
         visibility: &Visibility,
     ) -> Result<u64, Error> {
         let Some(slots) = &self.slots else {
@@ -332,13 +248,13 @@ impl Voxels {
         };
         let mut held = slots.held.lock().unwrap_or_else(PoisonError::into_inner);
         let mut writer = Writer::new(self.budget / 4);
-        for place in places(octree.divisions(slots.level)) {
-            let index = octree.index(slots.level, place);
+        for place in places(boxes.divisions(slots.level)) {
+            let index = boxes.index(slots.level, place);
             if !visibility.contains(slots.level, index) {
                 continue;
             }
             let slot = held.slot_of.len() as u32;
-            let bytes = self.upload_brick(gpu, source, octree, slots, place, slot)?;
+            let bytes = self.upload_brick(gpu, source, boxes, slots, place, slot)?;
             writer.wrote(gpu, bytes)?;
             held.slot_of.insert(index, slot);
             held.brick_in[slot as usize] = Some(index);
@@ -376,28 +292,10 @@ impl Voxels {
         size: [usize; 3],
     ) -> Result<u64, Error> {
         let write = |bytes: &[u8]| {
-            let row = size[0] as u64 * self.texels.bytes;
-            gpu.checked("the volume's samples", bytes.len() as u64, || {
-                gpu.queue().write_texture(
-                    wgpu::TexelCopyTextureInfo {
-                        texture: &self.texture,
-                        mip_level: 0,
-                        origin: Origin3d {
-                            x: origin[0],
-                            y: origin[1],
-                            z: origin[2],
-                        },
-                        aspect: wgpu::TextureAspect::All,
-                    },
-                    bytes,
-                    wgpu::TexelCopyBufferLayout {
-                        offset: 0,
-                        bytes_per_row: Some(row as u32),
-                        rows_per_image: Some(size[1] as u32),
-                    },
-                    extent(size.map(|s| s as u32)),
-                );
-            })?;
+            let [x, y, z] = origin;
+            let at = Origin3d { x, y, z };
+            let size = extent(size.map(|s| s as u32));
+            gpu.write_texels(&self.texture, at, size, bytes)?;
             Ok(bytes.len() as u64)
         };
         match samples {
@@ -429,22 +327,11 @@ impl Voxels {
     }
 }
 
-/// The bits of a half float that is a whole number below 256.
-fn half_of(number: u8) -> u16 {
-    if number == 0 {
-        return 0;
-    }
-    // 1.… · 2^exponent, of which 10 bits behind the point are kept; 15 is the bias.
-    let exponent = u16::from(number).ilog2() as u16;
-    let fraction = (u16::from(number) << (10 - exponent)) & 0x3ff;
-    (15 + exponent) << 10 | fraction
-}
-
 impl Slots {
     /// Slots for all bricks that can show or, if the budget has no room, as many as it has.
     fn plan(
         gpu: &Gpu,
-        octree: &Octree,
+        boxes: &Boxes,
         visibility: &Visibility,
         texels: Texels,
         reach: usize,
@@ -459,11 +346,11 @@ impl Slots {
         // Half is for the copies on their way.
         let room = budget / 2;
         let level = match options.brick_level {
-            Level::Fixed(level) => level.min(octree.deepest()),
-            Level::Auto => octree.brick_level(|cells| bytes(cells) <= room),
+            Level::Fixed(level) => level.min(boxes.deepest()),
+            Level::Auto => brick_level(boxes, |cells| bytes(cells) <= room),
         };
-        let size = samples(octree.box_size(level));
-        let bytes = bytes(octree.box_size(level));
+        let size = samples(boxes.box_size(level));
+        let bytes = bytes(boxes.box_size(level));
         let needed = visibility.count(level).max(1) as u64;
         let most = room / bytes;
         if most == 0 {
@@ -540,48 +427,10 @@ impl Writer {
     }
 }
 
-fn volume_texture(
-    gpu: &Gpu,
-    size: [u32; 3],
-    format: TextureFormat,
-    bytes: u64,
-) -> Result<wgpu::Texture, Error> {
-    gpu.checked("the volume's texture", bytes, || {
-        gpu.device().create_texture(&wgpu::TextureDescriptor {
-            label: Some("slicing::voxels"),
-            size: extent(size),
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: TextureDimension::D3,
-            format,
-            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
-            view_formats: &[],
-        })
-    })
-}
-
 fn extent([width, height, depth]: [u32; 3]) -> Extent3d {
     Extent3d {
         width,
         height,
         depth_or_array_layers: depth,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bytes_are_half_floats() {
-        for number in 0..=255_u8 {
-            let bits = half_of(number);
-            let (exponent, fraction) = (i32::from(bits >> 10), f32::from(bits & 0x3ff));
-            let value = match exponent {
-                0 => fraction * 2f32.powi(-24),
-                _ => (1.0 + fraction / 1024.0) * 2f32.powi(exponent - 15),
-            };
-            assert_eq!(value, f32::from(number));
-        }
     }
 }

@@ -4,7 +4,8 @@
 // children of a node farthest first, so a box's rank in it spells its path: number r of
 // all boxes is found by its bits, and no box waits for another. What is left to do in
 // order is to close the gaps of boxes that do not show, by prefix sums.
-// In:   the range of each box as two places in a table over the transfer function.
+// In:   the range of each box as two places in a table over the transfer function, or as two
+//       scalars (ranges.wgsl), whose places are found here.
 // Out:  the list of boxes that `vs_slice` draws, and the arguments of that draw.
 // With: slicing/box.wgsl
 
@@ -20,6 +21,15 @@ struct Cull {
     bits: u32,         // of a rank: all halvings
     plane_count: u32,
     block_count: u32,
+    // Where ranges are scalars: a scalar s is (s − base) · bins_per_scalar + offset bins behind
+    // the first, farther than `most` as good as at `most`. Without any bins they are places.
+    base: f32,
+    most: f32,
+    bins_per_scalar: f32,
+    offset: f32,
+    bins: u32,
+    // Where the ranges of this level begin.
+    first_range: u32,
 }
 
 // As wgpu has it.
@@ -32,7 +42,7 @@ struct Arguments {
 }
 
 @group(0) @binding(0) var<uniform> cull: Cull;
-// The first `counts[n]` of a table's entries show; a box shows if some between its two do.
+// Of a table's first n entries `counts[n]` show; a box shows if some between its two do.
 @group(0) @binding(1) var<storage, read> ranges: array<vec2u>;
 @group(0) @binding(2) var<storage, read> counts: array<u32>;
 // What is seen has normal · p + w ≥ 0, lattice space.
@@ -134,8 +144,12 @@ fn place_of(rank: u32) -> vec3u {
 
 fn shows(place: vec3u) -> bool {
     let along = vec3u(1u) << cull.halvings.xyz;
-    let range = ranges[place.x + along.x * (place.y + along.y * place.z)];
-    if counts[range.y] <= counts[range.x] {
+    let range = ranges[cull.first_range + place.x + along.x * (place.y + along.y * place.z)];
+    var entries = range;
+    if cull.bins > 0u {
+        entries = entries_of(bitcast<vec2f>(range));
+    }
+    if counts[entries.y] <= counts[entries.x] {
         return false;
     }
     let low = vec3f(place * cull.box_size.xyz) - cull.margin.xyz;
@@ -149,6 +163,28 @@ fn shows(place: vec3u) -> bool {
         }
     }
     return true;
+}
+
+// By how much of a bin places may be off: f32 has 2⁻²⁴, of 65 536 bins 1/256, and that for the
+// difference, for what a scalar is multiplied by, for the product and for the sum.
+const SLACK: f32 = 0.03125;
+
+// The entries of a table (`float_table.rs`) for scalars in a range: the first, and the one behind
+// the last. Rounded outward, so that no box is left out that shows.
+fn entries_of(range: vec2f) -> vec2u {
+    if range.x > range.y {
+        return vec2u(0u);
+    }
+    let difference = clamp(range - cull.base, vec2f(-cull.most), vec2f(cull.most));
+    let places = difference * cull.bins_per_scalar + cull.offset;
+    if range.x == range.y && places.x == 0.0 {
+        // The scalar at which the bins begin, which is that of much empty space.
+        return cull.bins + vec2u(2u, 3u);
+    }
+    let last = f32(cull.bins + 1u);
+    let lowest = clamp(floor(places.x - SLACK) + 1.0, 0.0, last);
+    let highest = clamp(ceil(places.y + SLACK), 0.0, last);
+    return vec2u(u32(lowest), u32(highest) + 1u);
 }
 
 // The sum of `sums` before this one. Every invocation of the workgroup calls it.

@@ -41,6 +41,11 @@ struct Frame {
     // A raw sample r is the scalar r · scalar_unit − scalar_base, in the unit of `ScalarMap`.
     scalar_unit: f32,
     scalar_base: f32,
+    // Of a grid on the device, the sample r is the scalar (r − raw_base) · raw_unit; the
+    // difference is clamped to raw_most, which leaves the product finite.
+    raw_unit: f32,
+    raw_base: f32,
+    raw_most: f32,
 }
 
 // Group 0 is the frame, group 1 the volume.

@@ -4,7 +4,7 @@
 // slab of a ray belongs to the one box that has its middle.
 // With: slicing/frame.wgsl, slicing/box_plane.wgsl, common/look.wgsl,
 //       common/ends.wgsl, slicing/corners.wgsl,
-//       a part with `raw_at`
+//       a part with `raw_at` and one with `sample_at`
 
 // Cut the first and the last slab of a ray where the volume ends; or count them whole.
 override CUT_ENDS: bool = true;

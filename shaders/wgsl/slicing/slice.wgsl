@@ -42,6 +42,9 @@ fn fs_slice(in: Varying) -> @location(0) vec4f {
     var depth = back - front;
     var middle = slab.origin + 0.5 * (front + back) * slab.along;
     var scalars: vec2f;
+    // Of the slab: the mean of its ends, which scales extinction. What that errs by is a product
+    // of two changes over a slab, and so of second order.
+    var coverage = 1.0;
     if GAPS && SLABS && CUT_ENDS {
         let left = without_gaps(slab);
         if left.depth <= 0.0 {
@@ -53,15 +56,23 @@ fn fs_slice(in: Varying) -> @location(0) vec4f {
         depth = left.depth;
         middle = slab.origin + left.middle * slab.along;
     } else if SLABS {
-        scalars.x = scalar_at(slab.origin + front * slab.along, slab.texel);
-        scalars.y = scalar_at(slab.origin + back * slab.along, slab.texel);
+        let a = sample_at(slab.origin + front * slab.along, slab.texel);
+        let b = sample_at(slab.origin + back * slab.along, slab.texel);
+        // An end that is not covered has no scalar of its own.
+        scalars = vec2f(select(a.x, b.x, a.y <= 0.0), select(b.x, a.x, b.y <= 0.0));
+        coverage = 0.5 * (a.y + b.y);
     } else {
-        scalars = vec2f(scalar_at(middle, slab.texel));
+        let there = sample_at(middle, slab.texel);
+        scalars = vec2f(there.x);
+        coverage = there.y;
+    }
+    if coverage <= 0.0 {
+        discard;
     }
     if GAPS && max(scalars.x, scalars.y) >= GAP {
         discard;
     }
-    let thickness = depth * select(1.0, stretched(slab), PER_RAY);
+    let thickness = coverage * depth * select(1.0, stretched(slab), PER_RAY);
     var sum: vec4f;
     if CUED {
         let cue = vec2f(cue_in(slab, front), cue_in(slab, back));

@@ -42,6 +42,11 @@ pub trait BrickSource: Debug + Send + Sync {
 
     /// The samples of `region`, which lies inside of the lattice, x fastest.
     fn read(&self, region: Region) -> Result<Samples, Error>;
+
+    /// Whether there is a [coverage](crate::grid::coverage) besides, which is not read.
+    fn has_coverage(&self) -> bool {
+        false
+    }
 }
 
 impl BrickSource for Grid {
@@ -68,6 +73,10 @@ impl BrickSource for Grid {
             Samples::I16(v) => Samples::I16(rows(v, dims, region)),
             Samples::F32(v) => Samples::F32(rows(v, dims, region)),
         })
+    }
+
+    fn has_coverage(&self) -> bool {
+        self.coverage().is_some()
     }
 }
 
@@ -115,10 +124,17 @@ impl GridStream {
     /// value; keeps about a million of them, 8 MiB, to choose a look by.
     ///
     /// # Errors
-    /// Those of [`Lattice::validate`], and those of the source.
+    /// Those of [`Lattice::validate`], and those of the source; [`Error::Invalid`] for one
+    /// with coverage, which is not read in parts.
     pub fn new(source: Arc<dyn BrickSource>) -> Result<GridStream, Error> {
         let lattice = source.lattice();
         lattice.validate()?;
+        if source.has_coverage() {
+            return Err(Error::Invalid {
+                what: "a grid with coverage that is to be read in parts".into(),
+                help: Some("keep it in memory, as `Volume::Grid`".into()),
+            });
+        }
         let [nx, ny, nz] = lattice.dims;
         // As many rows as fit, at least one; of a row all samples.
         let rows = (SLAB / nx).clamp(1, ny);
@@ -190,6 +206,12 @@ mod tests {
 
     use super::*;
 
+    fn grid_of_bytes() -> Grid {
+        let samples = Samples::U8((0..8).collect());
+        let grid = Grid::new([2; 3], DVec3::ZERO, DVec3::ONE, DMat3::IDENTITY, samples);
+        grid.expect("valid")
+    }
+
     #[test]
     fn parts_are_cut_out_and_the_range_is_that_of_all() {
         let samples = Samples::I16((0..60).map(|i| i - 7).collect());
@@ -206,6 +228,11 @@ mod tests {
         let stream = GridStream::new(Arc::new(grid)).expect("read");
         assert_eq!(stream.scalar_range(), Some((-7.0, 52.0)));
         assert_eq!(stream.missing(), 0);
+        let covered = grid_of_bytes().covered(vec![1.0; 8]).expect("shares");
+        assert!(
+            GridStream::new(Arc::new(covered)).is_err(),
+            "its coverage would be lost"
+        );
         let cells = stream.interpolated(Interpolation::Nearest).expect("valid");
         assert_eq!(cells.source().lattice().cells(), [3, 4, 5]);
         assert_eq!(cells.scalar_range(), Some((-7.0, 52.0)));

@@ -2,6 +2,7 @@ use tetrascope_core::FrameStats;
 use tetrascope_core::colormap::srgb_to_linear;
 
 use super::*;
+use crate::whole_file::PREFIX;
 
 fn frame(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f32; 4]) -> Frame {
     let pixels = (0..height)

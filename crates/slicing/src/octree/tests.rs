@@ -38,12 +38,12 @@ fn ranges_are_those_of_the_samples_in_reach() {
     });
     for reach in [0, 1] {
         let octree = Octree::build(&source, reach).expect("it is in memory");
-        assert_eq!(octree.deepest(), 3);
-        assert_eq!(octree.box_size(0), [72, 20, 32]);
-        assert_eq!(octree.box_size(3), [9, 10, 8]);
-        for level in 0..=octree.deepest() {
-            for place in places(octree.levels[level as usize].divisions) {
-                let truth = octree.region(level, place, reach).map(|region| {
+        assert_eq!(octree.boxes.deepest(), 3);
+        assert_eq!(octree.boxes.box_size(0), [72, 20, 32]);
+        assert_eq!(octree.boxes.box_size(3), [9, 10, 8]);
+        for level in 0..=octree.boxes.deepest() {
+            for place in places(octree.boxes.divisions(level)) {
+                let truth = octree.boxes.region(level, place, reach).map(|region| {
                     let Ok(Samples::U8(samples)) = source.read(region) else {
                         panic!("bytes in memory");
                     };
@@ -98,10 +98,10 @@ fn boxes_come_back_to_front() {
         Viewer::Direction(DVec3::NEG_Z),
     ];
     for viewer in viewers {
-        for level in 0..=octree.deepest() {
+        for level in 0..=octree.boxes.deepest() {
             let order = octree.back_to_front(level, &visibility, viewer, &everything());
-            assert_eq!(order.len(), octree.box_count(level));
-            let size = octree.box_size(level);
+            assert_eq!(order.len(), octree.boxes.box_count(level));
+            let size = octree.boxes.box_size(level);
             for target in places([9, 7, 5]) {
                 let target = DVec3::from_array(target.map(|t| t as f64 * 7.9 + 0.3));
                 let (start, direction) = match viewer {

@@ -8,15 +8,18 @@ use tetrascope_core::grid::{Lattice, SampleType};
 use tetrascope_core::{Appearance, Error};
 use tetrascope_f32::{ANY_SCALAR, deepest};
 use tetrascope_gpu::Gpu;
+use tetrascope_gpu::device_grid::Texels::Covered;
 use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::BufferUsages;
 
-use super::{Samples, Scene};
+use super::Scene;
 use crate::cull::CullData;
 use crate::frame::longest_slab;
 use crate::options::{SlicingOptions, Traversal};
+use crate::samples::Samples;
 use crate::slice::{Look, SlicePass};
-use crate::voxels::{Scale, Texels, Voxels};
+use crate::texels::{Scale, Texels};
+use crate::voxels::Voxels;
 
 /// What a [`Scene`] is made with.
 pub(super) struct Parts<'a> {
@@ -36,31 +39,52 @@ impl Parts<'_> {
     ) -> Result<Scene, Error> {
         let (gpu, options) = (self.gpu, self.options);
         let tf = &appearance.transfer_function;
-        let table = volume.octree.table(appearance);
-        let visibility = volume.octree.visibility(&table);
-        let (sample_type, range) = (volume.source.sample_type(), volume.domain.scalar_range);
-        let texels = Texels::of(gpu, sample_type, options.filtering);
-        let (scale, mut map) = Scale::of(texels, sample_type, appearance, range);
-        let floats = sample_type == SampleType::F32;
-        let serves = |s: &&Scene| {
-            let suits = !floats || s.map.suits_appearance(appearance, range);
-            suits && s.voxels.least_level() == 0
-        };
-        let voxels = match before.filter(serves) {
-            Some(before) => {
-                if floats {
-                    map = before.map;
-                }
-                before.voxels.clone()
-            }
+        let range = volume.domain.scalar_range;
+        let known = volume.source().map(|(source, octree)| {
+            let table = octree.table(appearance);
+            let visibility = octree.visibility(&table);
+            (source, octree, table, visibility)
+        });
+        let (scale, map, voxels, table, visibility) = match known {
             None => {
-                let (source, octree, reach) = (&*volume.source, &volume.octree, volume.reach);
-                let voxels = Voxels::new(gpu, source, octree, &visibility, map, reach, options)?;
-                Arc::new(voxels)
+                let grid = volume.device_grid().expect("what is no source is there");
+                if grid.texels() == Covered {
+                    options.check_coverage(appearance.optical_model)?;
+                }
+                let (scale, map) = Scale::on_device(appearance, range);
+                (scale, map, Arc::new(Voxels::on_device(grid)), None, None)
+            }
+            Some((source, octree, table, visibility)) => {
+                let sample_type = source.sample_type();
+                let texels = Texels::of(gpu, sample_type, options.filtering);
+                let (scale, mut map) = Scale::of(texels, sample_type, appearance, range);
+                let floats = sample_type == SampleType::F32;
+                let serves = |s: &&Scene| {
+                    let suits = !floats || s.map.suits_appearance(appearance, range);
+                    suits && s.voxels.least_level() == 0
+                };
+                let voxels = match before.filter(serves) {
+                    Some(before) => {
+                        if floats {
+                            map = before.map;
+                        }
+                        before.voxels.clone()
+                    }
+                    None => {
+                        let (boxes, reach) = (&octree.boxes, volume.reach);
+                        let source = &**source;
+                        let voxels =
+                            Voxels::new(gpu, source, boxes, &visibility, map, reach, options)?;
+                        Arc::new(voxels)
+                    }
+                };
+                (scale, map, voxels, Some(table), Some(visibility))
             }
         };
-        let by_gpu = options.traversal == Traversal::Gpu && voxels.is_complete();
-        let cull = by_gpu.then(|| CullData::new(gpu, &volume.octree, table, &voxels));
+        // What only the device knows only the device traverses.
+        let by_gpu = options.traversal == Traversal::Gpu || table.is_none();
+        let by_gpu = by_gpu && voxels.is_complete();
+        let cull = by_gpu.then(|| CullData::new(gpu, &volume, table, appearance, &voxels));
         let knots = knot_pairs(tf, &map, &volume.normalization)?;
         let (lattice, slices) = (&volume.lattice, options.slices_per_voxel);
         let longest = longest_slab(lattice, &volume.normalization, slices);
@@ -71,7 +95,7 @@ impl Parts<'_> {
             intervals: &knots,
             appearance,
             deepest,
-            gaps: volume.octree.gaps,
+            gaps: volume.has_gaps(),
             nearest: volume.fills_cells,
         };
         let slice = self.pass.data(gpu, &voxels, &look, options)?;

@@ -1,6 +1,7 @@
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::{Region, Samples as Values};
 use tetrascope_core::{Grid, Isosurface, Knot, TransferFunction};
+use tetrascope_f32::Domain;
 use tetrascope_testing as testing;
 
 use super::*;

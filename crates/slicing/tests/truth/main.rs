@@ -4,6 +4,8 @@ mod analytic;
 mod bricks;
 mod cells;
 mod convergence;
+mod coverage;
+mod device;
 mod features;
 mod frames;
 mod loops;

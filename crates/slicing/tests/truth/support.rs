@@ -128,3 +128,14 @@ pub(crate) fn shows(frame: &Frame) -> bool {
     let differs = |p: &[f32; 4]| p.iter().zip(first).any(|(a, b)| (a - b).abs() > 0.05);
     frame.pixels.iter().any(differs)
 }
+
+/// That two pictures differ by roundings of scalars alone: shaders that map scalars may fuse
+/// other products with other sums, so each scalar in [0, 1] is off by 2⁻²³ at most, and optical
+/// depth and light by some ten times that on a ray; by less on most, as signs vary.
+pub(crate) fn assert_near(a: &Frame, b: &Frame, context: &str) {
+    let (rmse, most) = between(a, b);
+    assert!(
+        rmse <= 1e-7 && most <= 2e-6,
+        "{context}: RMSE {rmse:e}, at most {most:e}"
+    );
+}

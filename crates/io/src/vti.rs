@@ -1,0 +1,229 @@
+//! Regular grids out: VTK XML images (`.vti`).
+//!
+//! Arrays are appended raw, little-endian, with headers of 64 bits, and compressed by zlib if
+//! that is asked for. VTK, ParaView and our own reader take all of it.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use flate2::write::ZlibEncoder;
+use quick_xml::escape::escape;
+use tetrascope_core::glam::DVec3;
+use tetrascope_core::grid::{Interpolation, Lattice, SampleType, Samples};
+use tetrascope_core::{Error, Grid};
+
+use crate::whole_file::write_with;
+
+/// How a file's numbers are packed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Compression {
+    /// Not at all: the numbers can be read from the file a few at a time.
+    #[default]
+    None,
+    /// zlib, in blocks (`vtkZLibDataCompressor`).
+    Zlib,
+}
+
+/// Bytes of a block before it is compressed: a multiple of every sample's size, and large
+/// beside the 8 bytes that a block takes in the header.
+const BLOCK: usize = 1 << 18;
+
+/// Digits that suffice for any offset.
+const DIGITS: usize = 20;
+
+/// Writes named arrays of samples on one lattice as a `.vti` file; the first is the one to draw.
+///
+/// Samples are written as they are, bit by bit. Those that fill cells become cell data, and
+/// the image's origin is then the corner of the first cell. A file of that name is replaced
+/// only by a complete one, and the same samples give the same bytes.
+///
+/// # Errors
+/// [`Error::Invalid`] for a lattice that [`Lattice::validate`] refuses, for no array at all,
+/// for an array that has not as many samples as the lattice, and for names that are empty,
+/// the same, or have control characters; [`Error::Io`] when the file cannot be written.
+pub fn write_vti(
+    path: &Path,
+    lattice: &Lattice,
+    arrays: &[(&str, &Samples)],
+    compression: Compression,
+) -> Result<(), Error> {
+    check(lattice, arrays)?;
+    write_with(path, |file| {
+        let mut out = BufWriter::new(file);
+        write(&mut out, lattice, arrays, compression)?;
+        out.flush()
+    })
+}
+
+/// Writes the samples of `grid` under this name and, if it has a coverage, that as the array
+/// [`COVERAGE`]; [`GridData::into_covered_volume`](crate::GridData::into_covered_volume) reads
+/// both back.
+///
+/// # Errors
+/// As [`write_vti`]; [`Error::Invalid`] also where the samples themselves are called so.
+pub fn write_grid(
+    path: &Path,
+    grid: &Grid,
+    name: &str,
+    compression: Compression,
+) -> Result<(), Error> {
+    let coverage = grid.coverage().map(|shares| Samples::F32(shares.to_vec()));
+    let mut arrays = vec![(name, grid.samples())];
+    arrays.extend(coverage.iter().map(|shares| (COVERAGE, shares)));
+    write_vti(path, grid.lattice(), &arrays, compression)
+}
+
+/// What the array of a grid's [coverage](tetrascope_core::grid::coverage) is called.
+pub const COVERAGE: &str = "coverage";
+
+fn check(lattice: &Lattice, arrays: &[(&str, &Samples)]) -> Result<(), Error> {
+    let count = lattice.validate()?;
+    if arrays.is_empty() {
+        return Err(Error::invalid(
+            "an image without an array cannot be written",
+        ));
+    }
+    for (i, (name, samples)) in arrays.iter().enumerate() {
+        if name.is_empty() || name.contains(char::is_control) {
+            return Err(Error::invalid(format!(
+                "array {i} needs a name of printable characters, it is '{name}'"
+            )));
+        }
+        if arrays[..i].iter().any(|(other, _)| other == name) {
+            return Err(Error::invalid(format!("two arrays have the name '{name}'")));
+        }
+        if samples.len() != count {
+            return Err(Error::invalid(format!(
+                "array '{name}' has {} samples, and an image of {:?} has {count}",
+                samples.len(),
+                lattice.dims
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn write(
+    out: &mut BufWriter<&mut File>,
+    lattice: &Lattice,
+    arrays: &[(&str, &Samples)],
+    compression: Compression,
+) -> io::Result<()> {
+    let compressor = match compression {
+        Compression::None => "",
+        Compression::Zlib => " compressor=\"vtkZLibDataCompressor\"",
+    };
+    let (data, half) = match lattice.interpolation {
+        Interpolation::Linear => ("PointData", 0.0),
+        Interpolation::Nearest => ("CellData", 0.5),
+    };
+    let [nx, ny, nz] = lattice.cells();
+    let extent = format!("0 {nx} 0 {ny} 0 {nz}");
+    let numbers = |numbers: &[f64]| {
+        // The shortest digits that read back as the same number.
+        let words = numbers.iter().map(|number| format!("{number:?}"));
+        words.collect::<Vec<_>>().join(" ")
+    };
+    let origin = numbers(&lattice.point(DVec3::splat(-half)).to_array());
+    let spacing = numbers(&lattice.spacing.to_array());
+    // Row by row, the axes as columns.
+    let direction = numbers(&lattice.direction.transpose().to_cols_array());
+    writeln!(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>")?;
+    writeln!(
+        out,
+        "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\"{compressor}>"
+    )?;
+    writeln!(
+        out,
+        "<ImageData WholeExtent=\"{extent}\" Origin=\"{origin}\" Spacing=\"{spacing}\" \
+         Direction=\"{direction}\">"
+    )?;
+    writeln!(out, "<Piece Extent=\"{extent}\">")?;
+    writeln!(out, "<{data} Scalars=\"{}\">", escape(arrays[0].0))?;
+    // Where an array's offset stands, which is known once those before it are compressed.
+    let mut places = Vec::new();
+    for (name, samples) in arrays {
+        let number = match samples.sample_type() {
+            SampleType::U8 => "UInt8",
+            SampleType::U16 => "UInt16",
+            SampleType::I16 => "Int16",
+            SampleType::F32 => "Float32",
+        };
+        write!(
+            out,
+            "<DataArray type=\"{number}\" Name=\"{}\" format=\"appended\" ",
+            escape(*name)
+        )?;
+        places.push(out.stream_position()?);
+        writeln!(out, "{}/>", " ".repeat("offset=\"\"".len() + DIGITS))?;
+    }
+    writeln!(out, "</{data}>\n</Piece>\n</ImageData>")?;
+    write!(out, "<AppendedData encoding=\"raw\">\n_")?;
+    let start = out.stream_position()?;
+    for ((_, samples), place) in arrays.iter().zip(places) {
+        let offset = out.stream_position()? - start;
+        overwrite(out, place, format!("offset=\"{offset}\"").as_bytes())?;
+        match compression {
+            Compression::None => {
+                out.write_all(&samples.bytes().to_le_bytes())?;
+                blocks(samples).try_for_each(|block| out.write_all(&block))?;
+            }
+            Compression::Zlib => write_compressed(out, samples)?,
+        }
+    }
+    write!(out, "\n</AppendedData>\n</VTKFile>\n")
+}
+
+/// Writes `bytes` at `place` and goes on behind what is there.
+fn overwrite(out: &mut (impl Write + Seek), place: u64, bytes: &[u8]) -> io::Result<()> {
+    let end = out.stream_position()?;
+    out.seek(SeekFrom::Start(place))?;
+    out.write_all(bytes)?;
+    out.seek(SeekFrom::Start(end)).map(drop)
+}
+
+/// The number of blocks, their size, that of the last if it is shorter (else 0), how long each
+/// is compressed, and the blocks (*VTK XML Formats*).
+fn write_compressed(out: &mut (impl Write + Seek), samples: &Samples) -> io::Result<()> {
+    let bytes = samples.bytes();
+    let count = bytes.div_ceil(BLOCK as u64);
+    for number in [count, BLOCK as u64, bytes % BLOCK as u64] {
+        out.write_all(&number.to_le_bytes())?;
+    }
+    let sizes = out.stream_position()?;
+    let room = vec![0; 8 * count as usize];
+    out.write_all(&room)?;
+    let mut lengths = Vec::with_capacity(room.len());
+    for block in blocks(samples) {
+        let mut encoder = ZlibEncoder::new(Vec::new(), flate2::Compression::default());
+        encoder.write_all(&block)?;
+        let packed = encoder.finish()?;
+        lengths.extend((packed.len() as u64).to_le_bytes());
+        out.write_all(&packed)?;
+    }
+    overwrite(out, sizes, &lengths)
+}
+
+/// The samples as little-endian bytes, [`BLOCK`] at a time.
+fn blocks(samples: &Samples) -> Box<dyn Iterator<Item = Vec<u8>> + '_> {
+    fn of<'a, T: Copy + 'a, const N: usize>(
+        samples: &'a [T],
+        bytes: fn(T) -> [u8; N],
+    ) -> Box<dyn Iterator<Item = Vec<u8>> + 'a> {
+        let blocks = samples.chunks(BLOCK / N);
+        Box::new(blocks.map(move |block| block.iter().flat_map(|s| bytes(*s)).collect()))
+    }
+    match samples {
+        Samples::U8(v) => of(v, u8::to_le_bytes),
+        Samples::U16(v) => of(v, u16::to_le_bytes),
+        Samples::I16(v) => of(v, i16::to_le_bytes),
+        Samples::F32(v) => of(v, f32::to_le_bytes),
+        // Types to come are `SampleType`s first, and those are matched in full above.
+        _ => Box::new(std::iter::empty()),
+    }
+}
+
+#[cfg(test)]
+mod tests;
