@@ -8,6 +8,9 @@
 //! errors under 3e-14; `cue` has the same for light that fades with depth. `walk` finds the
 //! cells, `integral` adds them up, and `surface` finds isosurfaces in them.
 //!
+//! Where the grid has a coverage, `covered` takes the place of the cubics: extinction is one
+//! still, and color a quotient of two.
+//!
 //! A cell with a NaN or an infinity at a corner is transparent. Where each sample fills a
 //! cell of its own, all corners of a cell are that sample, and an isosurface is nowhere, as
 //! in a mesh whose cells have scalars of their own.
@@ -22,9 +25,12 @@
 //! neighbor instead. See [`integral::GridIntegral::blur`] for what follows.
 //! Where scalars jump from cell to cell, the time of the jump is off as that is at which the
 //! volume begins.
+//! Where the grid has a coverage, the quadrature's own error is estimated by halving; see
+//! `covered`.
 //! A ray in the very surface of the volume, or of a cell with a scalar of its own, may meet it
 //! or not, as rounding decides.
 
+mod covered;
 mod cubic;
 mod cue;
 mod integral;
@@ -39,10 +45,11 @@ use tetrascope_core::appearance::{CueRamp, clip_ray};
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::Interpolation;
 use tetrascope_core::optics::over;
-use tetrascope_core::{Appearance, Bounds, DepthCue, Error, Grid, OpticalModel, Ray, View};
+use tetrascope_core::{Appearance, DepthCue, Error, Grid, OpticalModel, Ray, View};
 
 use crate::ray::{Consistency, Outcome};
 use crate::trace::Interval;
+use covered::{CoveredCell, Way};
 use cubic::Cubic;
 use cue::NO_CUE;
 use integral::{GridIntegral, Look};
@@ -79,10 +86,6 @@ pub(crate) struct GridScene<'a> {
 }
 
 impl GridBody {
-    pub(crate) fn bounds(&self) -> Bounds {
-        self.grid.bounds()
-    }
-
     pub(crate) fn new(grid: &Grid) -> GridBody {
         GridBody {
             turn: grid.direction().inverse(),
@@ -91,9 +94,15 @@ impl GridBody {
         }
     }
 
-    /// Bytes of the samples.
+    /// What is drawn.
+    pub(crate) fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Bytes of the samples, and of their coverage.
     pub(crate) fn bytes(&self) -> u64 {
-        self.grid.samples().bytes()
+        let coverage = self.grid.coverage().map_or(0, size_of_val);
+        self.grid.samples().bytes() + coverage as u64
     }
 
     /// For a camera at `eye` that looks along the unit vector `forward`.
@@ -152,14 +161,26 @@ impl GridBody {
         x + self.cells[0] * (y + self.cells[1] * z)
     }
 
-    fn corners(&self, [x, y, z]: [usize; 3]) -> [f64; 8] {
-        let [nx, ny, _] = self.grid.dims();
+    fn corners(&self, cell: [usize; 3]) -> [f64; 8] {
         let samples = self.grid.samples();
+        self.of_corners(cell, |index| samples.get(index))
+    }
+
+    /// The cell with its coverage, if the grid has one; `Some(None)` where nothing is covered.
+    fn covered(&self, cell: [usize; 3], corners: &[f64; 8]) -> Option<Option<CoveredCell>> {
+        let coverage = self.grid.coverage()?;
+        let coverage = self.of_corners(cell, |index| coverage[index].into());
+        Some(CoveredCell::new(*corners, coverage))
+    }
+
+    /// What the samples at the corners of a cell have, by their index.
+    fn of_corners(&self, [x, y, z]: [usize; 3], of: impl Fn(usize) -> f64) -> [f64; 8] {
+        let [nx, ny, _] = self.grid.dims();
         let first = x + nx * (y + ny * z);
         if self.has_cell_samples() {
-            return [samples.get(first); 8];
+            return [of(first); 8];
         }
-        let row = |at: usize| [samples.get(at), samples.get(at + 1)];
+        let row = |at: usize| [of(at), of(at + 1)];
         let [a, b] = row(first);
         let [c, d] = row(first + nx);
         let [e, f] = row(first + nx * ny);
@@ -237,7 +258,7 @@ impl GridScene<'_> {
         let mut integral = GridIntegral::new(&self.look);
         integral.blur_cue(off);
         let mut inside = false;
-        // The scalar of the cell before, where cells have their own.
+        // The scalar of the cell before, and its coverage, where cells have their own.
         let mut before = None;
         // The same for the ends that clip planes make, and 0 for the eye.
         let planes = &self.look.clip_planes;
@@ -252,7 +273,11 @@ impl GridScene<'_> {
                     continue;
                 }
                 let corners = body.corners(stretch.cell);
-                let range = range(&corners);
+                let covered = body.covered(stretch.cell, &corners);
+                let range = match &covered {
+                    None => range(&corners),
+                    Some(covered) => covered.map(|cell| cell.range),
+                };
                 if range.is_some() != inside {
                     integral.blur_end(stretch.across.map_or_else(|| cut(kept[0]), late));
                     inside = !inside;
@@ -263,11 +288,31 @@ impl GridScene<'_> {
                     continue;
                 };
                 if body.has_cell_samples() {
-                    if before.is_some_and(|scalar| scalar != low) {
+                    let here = (low, covered.flatten().map(|cell| cell.coverage[0]));
+                    if before.is_some_and(|before| before != here) {
                         integral.blur_end(stretch.across.map_or(0.0, late));
                     }
-                    before = Some(low);
+                    before = Some(here);
                     search.as_mut().map(Search::gap);
+                }
+                if let Some(cell) = covered.flatten() {
+                    let at = |t: f64| stretch.place(&line, t);
+                    let way = Way {
+                        entry: at(stretch.t_in),
+                        exit: at(stretch.t_out),
+                        length,
+                    };
+                    visit(&stretch, &|| {
+                        let [front, back] = cell.ends(&way);
+                        Cubic([front, front, back, back])
+                    });
+                    if !integral.is_opaque() {
+                        let cue =
+                            cue.map_or(NO_CUE, |r| [stretch.t_in, stretch.t_out].map(|t| r.at(t)));
+                        cell.add(&self.look, &mut integral, &way, cue);
+                        cell.blur(&self.look, &mut integral, &way, shift.element_sum());
+                    }
+                    continue;
                 }
                 let scalar = || scalar(&line, &stretch, &corners, [low, high]);
                 visit(&stretch, &scalar);

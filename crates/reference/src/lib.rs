@@ -18,7 +18,8 @@
 //! 7. `bound` derives the error bound that comes with each pixel.
 //! 8. `grid` does all of it for regular grids: trilinear interpolation, a cubic in each
 //!    voxel cell, split at knots and integrated by Gauss–Legendre rules; isosurfaces are
-//!    its roots, lit by the interpolant's gradient.
+//!    its roots, lit by the interpolant's gradient. Grids with coverage, too, but for models
+//!    that coverage has no meaning for.
 //!
 //! N. Max, P. Hanrahan, R. Crawfis, "Area and Volume Coherence for Efficient
 //! Visualization of 3D Scalar Functions", 1990, cast rays through unsorted cells
@@ -51,8 +52,8 @@ use std::time::Instant;
 use rayon::prelude::*;
 use tetrascope_core::grid::coverage::refuse_coverage;
 use tetrascope_core::{
-    Abilities, Appearance, Bounds, Entry, Error, Frame, OpticalModel, Promise, TetMesh, View,
-    Volume, VolumeRenderer,
+    Abilities, Appearance, Entry, Error, Frame, OpticalModel, Promise, TetMesh, View, Volume,
+    VolumeRenderer,
 };
 
 pub use image::ReferenceImage;
@@ -275,7 +276,10 @@ impl VolumeRenderer for Reference {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        ABILITIES.check(NAME, appearance, &self.body.bounds())?;
+        match &self.body {
+            Body::Mesh { mesh, .. } => ABILITIES.check(NAME, appearance, &mesh.bounds())?,
+            Body::Grid(body) => supports(&Volume::Grid(body.grid().clone()), appearance)?,
+        }
         self.appearance = appearance.clone();
         Ok(())
     }
@@ -286,15 +290,19 @@ impl VolumeRenderer for Reference {
     }
 }
 
-/// Refuses what is not drawn: parts of an appearance, a grid that stays in its file, and one
-/// with [coverage](tetrascope_core::grid::coverage).
+/// Refuses what is not drawn: parts of an appearance, a grid that stays in its file, and one with
+/// [coverage](tetrascope_core::grid::coverage) where that has no meaning.
 ///
 /// # Errors
 /// [`Error::Unsupported`] with the reason, and what [`Appearance::validate_in`] refuses.
 pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
-    let reason =
-        "on a ray its scalar is a quotient of cubics, of whose integral no bound is known here";
-    refuse_coverage(NAME, volume, reason)?;
+    if matches!(
+        appearance.optical_model,
+        OpticalModel::MaximumIntensity | OpticalModel::Isosurfaces
+    ) {
+        let reason = "coverage scales extinction, which the optical model does not use";
+        refuse_coverage(NAME, volume, reason)?;
+    }
     match volume {
         Volume::Mesh(_) | Volume::Grid(_) => ABILITIES.check(NAME, appearance, &volume.bounds()),
         _ => Err(Error::Unsupported {
@@ -306,13 +314,6 @@ pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
 }
 
 impl Body {
-    fn bounds(&self) -> Bounds {
-        match self {
-            Body::Mesh { mesh, .. } => mesh.bounds(),
-            Body::Grid(body) => body.bounds(),
-        }
-    }
-
     /// What is in `volume`, with the BVH of a body `before` where that fits, and how many
     /// were built.
     fn of(volume: &Volume, before: Option<&Body>) -> Result<(Body, u64), Error> {

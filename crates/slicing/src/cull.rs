@@ -1,7 +1,7 @@
 //! The pass that finds boxes on the device (`cull.wgsl`).
 
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use bytemuck::Zeroable as _;
 use tetrascope_core::{Appearance, Error};
@@ -46,7 +46,7 @@ pub(crate) struct CullData {
 enum Table {
     /// Of ranges that the CPU knows.
     Samples {
-        table: SkipTable,
+        table: Arc<SkipTable>,
         /// Of the levels that were drawn, the boxes' ranges.
         ranges: Mutex<HashMap<u32, wgpu::Buffer>>,
     },
@@ -201,7 +201,7 @@ impl CullData {
         let table = match table {
             None => Table::Device(FloatTable::new(appearance)),
             Some(table) => Table::Samples {
-                table,
+                table: Arc::new(table),
                 ranges: Mutex::default(),
             },
         };

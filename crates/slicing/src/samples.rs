@@ -39,7 +39,7 @@ pub(crate) enum Content {
     },
     /// On the device, and nowhere else.
     Device {
-        grid: DeviceGrid,
+        grid: Box<DeviceGrid>,
         ranges: DeviceRanges,
     },
 }
@@ -100,7 +100,10 @@ impl Samples {
             gpu.queue().submit([encoder.finish()]);
         })?;
         let range = grid.scalar_range();
-        let content = Content::Device { grid, ranges };
+        let content = Content::Device {
+            grid: Box::new(grid),
+            ranges,
+        };
         Samples::new(content, lattice, false, range, reach, options)
     }
 
@@ -136,7 +139,9 @@ impl Samples {
         options: &SlicingOptions,
     ) -> Result<Samples, Error> {
         match &self.content {
-            Content::Device { grid, .. } => Samples::on_device(gpu, grid.clone(), reach, options),
+            Content::Device { grid, .. } => {
+                Samples::on_device(gpu, DeviceGrid::clone(grid), reach, options)
+            }
             Content::Source { source, octree } => Ok(Samples {
                 content: Content::Source {
                     source: source.clone(),

@@ -43,10 +43,14 @@ fn cs_leaf(
         let first = max(low, vec3u(level.reach)) - level.reach;
         let last = min(low + level.box_size.xyz + level.reach, level.cells.xyz);
         let size = last - first + 1u;
-        let count = size.x * size.y * size.z;
-        for (var i = local; i < count; i += THREADS) {
-            let sample = first + vec3u(i % size.x, i / size.x % size.y, i / (size.x * size.y));
-            range = with_texel(range, textureLoad(voxels, sample, 0).xy);
+        // Each invocation takes rows of samples: a division for each sample takes longer than all else.
+        let rows = size.y * size.z;
+        for (var row = local; row < rows; row += THREADS) {
+            let start = first + vec3u(0u, row % size.y, row / size.y);
+            for (var x = 0u; x < size.x; x++) {
+                let texel = textureLoad(voxels, start + vec3u(x, 0u, 0u), 0).xy;
+                range = with_texel(range, texel);
+            }
         }
     }
     found[local] = range;

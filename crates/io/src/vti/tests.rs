@@ -225,7 +225,8 @@ fn nothing_is_written_of_what_is_refused() {
         dims: [2, 2, 1],
         ..lattice
     };
-    let cases: [(&Lattice, &[(&str, &Samples)], &str); 6] = [
+    type Case<'a> = (&'a Lattice, &'a [(&'a str, &'a Samples)], &'a str);
+    let cases: [Case; 6] = [
         (&lattice, &[], "without an array"),
         (
             &lattice,

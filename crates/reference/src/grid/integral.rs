@@ -95,6 +95,33 @@ impl<'a> GridIntegral<'a> {
         self.depth.value()
     }
 
+    /// The optical model.
+    pub(crate) fn model(&self) -> OpticalModel {
+        self.look.model
+    }
+
+    /// Adds a part of this optical depth, and of this light where nothing is before it.
+    pub(crate) fn add_light(&mut self, light: DVec3, depth: f64) {
+        self.parts += 1;
+        match self.look.model {
+            OpticalModel::Emission => {
+                self.light += light;
+                // Without the cue it would be this bright at most.
+                self.error += self.look.brightest * depth * self.cue_error;
+            }
+            OpticalModel::EmissionAbsorption => {
+                self.light += (-self.depth.value()).exp() * light;
+                self.depth.add(depth);
+            }
+            _ => self.depth.add(depth),
+        }
+    }
+
+    /// Adds to the error bound.
+    pub(crate) fn blur_by(&mut self, error: f64) {
+        self.error += error;
+    }
+
     /// Whether nothing behind can be seen.
     pub(crate) fn is_opaque(&self) -> bool {
         self.optical_depth() > OPAQUE
