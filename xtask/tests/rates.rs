@@ -9,7 +9,9 @@ use tetrascope::core::{
 };
 use tetrascope::gpu::Gpu;
 use tetrascope::{Algorithm, Context, Renderer, Settings};
-use tetrascope_testing::{Place, fitted, grid, kuhn, point_scalars, surfaces, tetrahedra_of};
+use tetrascope_testing::{
+    ImageError, Place, fitted, grid, kuhn, point_scalars, surfaces, tetrahedra_of,
+};
 use xtask::testing::{Failures, algorithms};
 
 const SIDE: u32 = 8;
@@ -201,13 +203,21 @@ fn what_fails_leaves_the_renderer_as_it_was() {
         let mut renderer = case.build(volume, &first);
         let before = renderer.render(&case.view).expect("a frame");
         type Change<'a> = Box<dyn Fn(&mut Renderer) -> Result<(), Error> + 'a>;
-        let changes: [(&str, Change); 4] = [
-            ("restyle", Box::new(|r| r.restyle(&second))),
-            ("restyle far", Box::new(|r| r.restyle(&far))),
-            ("reload of scalars", Box::new(|r| r.reload(changed))),
-            ("reload", Box::new(|r| r.reload(other))),
+        let changes: [(&str, Change, (&Volume, &Appearance)); 4] = [
+            (
+                "restyle",
+                Box::new(|r| r.restyle(&second)),
+                (volume, &second),
+            ),
+            ("restyle far", Box::new(|r| r.restyle(&far)), (volume, &far)),
+            (
+                "reload of scalars",
+                Box::new(|r| r.reload(changed)),
+                (changed, &first),
+            ),
+            ("reload", Box::new(|r| r.reload(other)), (other, &first)),
         ];
-        for (name, change) in changes {
+        for (name, change, (to, look)) in changes {
             for step in 0.. {
                 gpu.refuse_after(Some(step));
                 let done = change(&mut renderer);
@@ -222,6 +232,13 @@ fn what_fails_leaves_the_renderer_as_it_was() {
                         "{what}: {name} failed at {step} and left something"
                     ));
                 }
+            }
+            let done = renderer.render(&case.view).expect("a frame");
+            let fresh = case.build(to, look).render(&case.view).expect("a frame");
+            let apart = ImageError::between(&fresh, &done);
+            // Scalars and colors are mapped by the former look's unit, as `reload` keeps it.
+            if !apart.within(3e-6, 1e-4) {
+                failures.push(format!("{what}: {name} is not as if new: {apart:?}"));
             }
             renderer.reload(volume).expect("a volume");
             renderer.restyle(&first).expect("a look");

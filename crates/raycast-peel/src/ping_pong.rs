@@ -158,30 +158,34 @@ impl PingPong {
     pub(crate) fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         let source = tetrahedra(volume)?;
         let domain = Domain::of(source).within(self.options.domain)?;
-        let same_kind = source.scalars().association == self.mesh.source.scalars().association;
-        if source.shares_geometry(&self.mesh.source) && same_kind {
-            let jumps = source.is_continuous() != self.mesh.source.is_continuous();
-            self.mesh.source = source.clone();
-            self.mesh.domain = domain;
-            // A table's program knows whether scalars leave it.
-            if jumps || self.options.integration != Integration::Exact {
-                self.style = self.new_style(&self.mesh, &self.style.appearance)?;
+        let (gpu, old) = (&self.gpu, &self.mesh);
+        let same_kind = source.scalars().association == old.source.scalars().association;
+        let mesh = match source.shares_geometry(&old.source) && same_kind {
+            true => old.with_scalars(gpu, source, domain, old.scalar_map)?,
+            false => {
+                let map = ScalarMap::of(&self.style.appearance.transfer_function);
+                Mesh::new(gpu, source, domain, map, &self.options)?
             }
-            return self.mesh.write_scalars(&self.gpu);
-        }
-        let map = ScalarMap::of(&self.style.appearance.transfer_function);
-        let mesh = Mesh::new(&self.gpu, source, domain, map, &self.options)?;
+        };
         self.style = self.new_style(&mesh, &self.style.appearance)?;
         self.mesh = mesh;
         Ok(())
     }
 
     pub(crate) fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        if !self.mesh.scalar_map.suits(&appearance.transfer_function) {
-            self.mesh.scalar_map = ScalarMap::of(&appearance.transfer_function);
-            self.mesh.write_scalars(&self.gpu)?;
+        let old = &self.mesh;
+        let function = &appearance.transfer_function;
+        let mesh = match old.scalar_map.suits(function) {
+            true => None,
+            false => {
+                let map = ScalarMap::of(function);
+                Some(old.with_scalars(&self.gpu, &old.source, old.domain, map)?)
+            }
+        };
+        self.style = self.new_style(mesh.as_ref().unwrap_or(old), appearance)?;
+        if let Some(mesh) = mesh {
+            self.mesh = mesh;
         }
-        self.style = self.new_style(&self.mesh, appearance)?;
         Ok(())
     }
 }

@@ -108,7 +108,7 @@ impl BoundaryFace {
 }
 
 /// The boundary's faces as the rasterizer gets them.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Boundary {
     /// Three corners each.
     Corners(wgpu::Buffer, u32),
@@ -163,7 +163,7 @@ impl Boundary {
 }
 
 /// What `reload` changes.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Mesh {
     pub(super) source: TetMesh,
     pub(super) domain: Domain,
@@ -200,10 +200,7 @@ impl Mesh {
         };
         let of_cells = exchanged.as_deref();
         let geometry = Geometry::new(source, &normalization, &packing, &cell_order, of_cells);
-        let texture = |label, size| {
-            let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
-            gpu.texture(label, size, TextureFormat::Rgba32Float, usage)
-        };
+        let texture = |label, size| texture(gpu, label, size);
         // Sides need no normals: a texel that nobody reads.
         let normals_size = match exchanged {
             None => packing.size(),
@@ -231,8 +228,27 @@ impl Mesh {
         Ok(mesh)
     }
 
+    /// The same geometry with other scalars, or with the same in another unit.
+    pub(super) fn with_scalars(
+        &self,
+        gpu: &Gpu,
+        source: &TetMesh,
+        domain: Domain,
+        scalar_map: ScalarMap,
+    ) -> Result<Mesh, Error> {
+        let mesh = Mesh {
+            source: source.clone(),
+            domain,
+            scalar_map,
+            neighbors: texture(gpu, "ping-pong::neighbors", self.packing.size())?,
+            ..self.clone()
+        };
+        mesh.write_scalars(gpu)?;
+        Ok(mesh)
+    }
+
     /// Uploads the one texture in which gradients and scalars are.
-    pub(super) fn write_scalars(&self, gpu: &Gpu) -> Result<(), Error> {
+    fn write_scalars(&self, gpu: &Gpu) -> Result<(), Error> {
         let texels = neighbor_texels(
             &self.source,
             &self.normalization,
@@ -270,6 +286,11 @@ impl Mesh {
         let scalar = field.gradient.dot(eye.as_vec3()) + field.at_origin;
         Some((self.packing.texel(place as u32), scalar))
     }
+}
+
+fn texture(gpu: &Gpu, label: &str, size: (u32, u32)) -> Result<wgpu::Texture, Error> {
+    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+    gpu.texture(label, size, TextureFormat::Rgba32Float, usage)
 }
 
 fn write(gpu: &Gpu, texture: &wgpu::Texture, texels: &[Texel]) -> Result<(), Error> {
