@@ -177,7 +177,7 @@ fn coverage_goes_with_its_grid() {
     assert_eq!(data.fields.len(), 1);
     let error = data.into_covered_volume(None, COVERAGE).expect_err("none");
     assert!(matches!(error, Error::NoSuchField { .. }), "{error}");
-    // What is no share of anything is refused.
+    // Numbers that are not shares are refused.
     let samples = plain.samples();
     write_vti(
         &path,
