@@ -27,8 +27,12 @@ pub enum Texels {
 /// Samples of a regular grid in a texture.
 ///
 /// Texel (i, j, k) is the sample (i, j, k) of the lattice, in the field's unit. Cheap to clone:
-/// clones share the texture. Whoever writes it by a compute pass says what it holds; nothing is
-/// read back to check it, and what a texel has beyond that is drawn in some way, but harms nothing.
+/// clones share the texture. Whoever writes it by a compute pass says what it holds. Nothing is
+/// read back to check that: the pixels of a texel that breaks the promise are undefined, and no
+/// others.
+///
+/// The ranges of boxes are not kept here: how a grid is divided, and how far each box reaches,
+/// is a matter of the algorithm that draws it, which finds them on the device.
 #[derive(Clone, Debug)]
 pub struct DeviceGrid {
     lattice: Lattice,
@@ -55,7 +59,7 @@ impl DeviceGrid {
     /// have a value.
     ///
     /// # Errors
-    /// What [`Lattice::validate`] refuses; a range that is not finite, or not one;
+    /// What [`Lattice::validate`] refuses; a range that is not finite, or whose ends are swapped;
     /// [`Error::TooLarge`] for more samples along an axis than the device has texels, and
     /// [`Error::OutOfMemory`].
     pub fn new(
@@ -225,7 +229,7 @@ fn check_range(range: Option<(f64, f64)>) -> Result<(), Error> {
     match range {
         Some((low, high)) if !(low <= high && is_value(low) && is_value(high)) => {
             Err(Error::invalid(format!(
-                "scalars from {low:e} to {high:e} are not a range of finite 32-bit floats"
+                "scalars from {low:e} to {high:e} are not a range of 32-bit floats"
             )))
         }
         _ => Ok(()),
@@ -322,8 +326,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_grid_is_refused() {
-        let Some(gpu) = testing::gpu("what_is_no_grid_is_refused") else {
+    fn what_is_not_a_grid_is_refused() {
+        let Some(gpu) = testing::gpu("what_is_not_a_grid_is_refused") else {
             return;
         };
         let ramp = grid(Samples::U8((0..60).collect()));

@@ -16,11 +16,11 @@ mod tiles;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, Volume};
 use tetrascope_f32::{ANY_SCALAR, Domain, ScalarMap, deepest};
+use tetrascope_gpu::Gpu;
 use tetrascope_gpu::passes::{deep, model_constant};
 use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages};
-use tetrascope_gpu::{Gpu, Integration};
 
 use crate::options::{Crossings, RaycastOptions};
 use crate::renderer::tetrahedra;

@@ -120,6 +120,37 @@ impl Slicing {
     ///
     /// The GPU finds the boxes, whatever [`SlicingOptions::traversal`] says.
     ///
+    /// ```no_run
+    /// use tetrascope_core::grid::Lattice;
+    /// use tetrascope_core::{Appearance, Error, View};
+    /// use tetrascope_gpu::device_grid::Texels;
+    /// use tetrascope_gpu::{DeviceGrid, Draw as _, Gpu, Target, wgpu};
+    /// use tetrascope_slicing::{Slicing, SlicingOptions};
+    ///
+    /// # fn record_yours(_: &mut wgpu::CommandEncoder, _: &wgpu::Texture) {}
+    /// fn frames(
+    ///     gpu: &Gpu,
+    ///     lattice: &Lattice,
+    ///     appearance: &Appearance,
+    ///     views: &[View],
+    ///     target: &Target,
+    /// ) -> Result<(), Error> {
+    ///     let range = Some((0.0, 1.0)); // no scalar will lie outside
+    ///     let grid = DeviceGrid::new(gpu, lattice, Texels::Covered, range)?;
+    ///     let options = SlicingOptions::default();
+    ///     let slicing = Slicing::from_device(gpu, &grid, appearance, &options)?;
+    ///     for view in views {
+    ///         let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    ///         // A compute pass that stores (scalar, coverage) in each texel.
+    ///         record_yours(&mut encoder, grid.texture());
+    ///         slicing.refresh(&mut encoder)?;
+    ///         slicing.encode(&mut encoder, view, target)?;
+    ///         gpu.queue().submit([encoder.finish()]);
+    ///     }
+    ///     Ok(())
+    /// }
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Unsupported`] for samples that fill cells, for polygons cut on the CPU and for
     /// bricks; with coverage also for isosurfaces, greatest colors and shading.

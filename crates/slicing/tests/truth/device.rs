@@ -37,6 +37,24 @@ fn cs_make(@builtin(global_invocation_id) id: vec3u) {
 }
 ";
 
+/// The same, of which whole 128ths are there: all near the middle, nothing far from it.
+const MAKE_COVERED: &str = "
+@group(0) @binding(0) var<uniform> step: vec4i;
+@group(0) @binding(1) var made: texture_storage_3d<rg32float, write>;
+
+@compute @workgroup_size(4, 4, 4)
+fn cs_make(@builtin(global_invocation_id) id: vec3u) {
+    let size = textureDimensions(made);
+    if any(id >= size) {
+        return;
+    }
+    let p = vec3i(id) - vec3i(size) / 2 + vec3i(step.x, 0, 0);
+    let number = f32(1024 - (p.x * p.x + p.y * p.z)) / 2048.0;
+    let coverage = f32(clamp(150 - (p.x * p.x + p.y * p.y + p.z * p.z), 0, 128)) / 128.0;
+    textureStore(made, id, vec4f(number, coverage, 0.0, 0.0));
+}
+";
+
 /// The same numbers on the CPU.
 fn samples(dims: [usize; 3], step: [i32; 2]) -> Samples {
     let sample = |i: usize| {
@@ -61,9 +79,13 @@ struct Maker {
 
 impl Maker {
     fn new(gpu: &Gpu, grid: &DeviceGrid) -> Maker {
+        let shader = match grid.texels() {
+            Texels::Covered => MAKE_COVERED,
+            Texels::Values | Texels::Gaps => MAKE,
+        };
         let storage = wgpu::BindingType::StorageTexture {
             access: wgpu::StorageTextureAccess::WriteOnly,
-            format: TextureFormat::R32Float,
+            format: grid.texels().format(),
             view_dimension: wgpu::TextureViewDimension::D3,
         };
         let uniform = gpu.upload("step", &[[0_i32; 4]], BufferUsages::UNIFORM);
@@ -73,7 +95,7 @@ impl Maker {
         let layout = layout.expect("two resources");
         let pipeline = gpu.compute_pipeline(&ComputeProgram {
             label: "make",
-            source: MAKE,
+            source: shader,
             groups: vec![layout.clone()],
             ..Default::default()
         });
@@ -295,6 +317,49 @@ fn a_grid_may_be_made_anew_in_every_frame() {
         drawn.push(stats.get(BRICKS_DRAWN));
     }
     assert!(drawn[0] != drawn[1], "other boxes show: {drawn:?}");
+}
+
+/// The texels are the same numbers, and so are the shaders.
+#[test]
+fn a_covered_grid_made_by_a_compute_pass_is_drawn_as_its_samples() {
+    let Some(gpu) = testing::gpu("a_covered_grid_made_by_a_compute_pass_is_drawn_as_its_samples")
+    else {
+        return;
+    };
+    let each = |number: &dyn Fn([i32; 3]) -> f32| -> Vec<f32> {
+        let at = (0..DIMS.iter().product()).map(|i: usize| {
+            let at = [i % DIMS[0], i / DIMS[0] % DIMS[1], i / (DIMS[0] * DIMS[1])];
+            [0, 1, 2].map(|a| at[a] as i32 - DIMS[a] as i32 / 2)
+        });
+        at.map(number).collect()
+    };
+    let numbers = each(&|[x, y, z]| (1024 - (x * x + y * z)) as f32 / 2048.0);
+    let shares = each(&|[x, y, z]| (150 - (x * x + y * y + z * z)).clamp(0, 128) as f32 / 128.0);
+    let place = Place {
+        dims: DIMS,
+        ..skewed()
+    };
+    let twin = place
+        .grid(Samples::F32(numbers))
+        .covered(shares)
+        .expect("shares");
+    let range = Some(LOW_AND_HIGH);
+    let grid = DeviceGrid::new(&gpu, twin.lattice(), Texels::Covered, range).expect("it fits");
+    let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    Maker::new(&gpu, &grid).record(&gpu, &mut encoder, [0, 0]);
+    gpu.finish(encoder).expect("submitted");
+    let look = look(OpticalModel::EmissionAbsorption);
+    for (name, view) in views(&twin) {
+        let from_device = render(&gpu, &grid, &look, &view);
+        let from_memory = draw(&gpu, &twin, &look, &Default::default(), &view);
+        assert!(shows(&from_memory) || name == "inside", "{name}");
+        assert!(from_device.pixels == from_memory.pixels, "{name}");
+        assert_eq!(
+            from_device.stats.get(BRICKS_DRAWN),
+            from_memory.stats.get(BRICKS_DRAWN)
+        );
+        assert!(from_device.stats.get(BRICKS_SKIPPED) > Some(0), "{name}");
+    }
 }
 
 /// Another appearance leaves the texture as it is; other volumes may come and go.
