@@ -166,15 +166,6 @@ pub mod preintegration {
 
 /// Cell projection (`tetrascope-projection`).
 pub mod projection {
-    /// Which cells can show, whenever the appearance changes.
-    pub const JUDGE: &str = program!(
-        "projection/cull.wgsl",
-        "common/optics_model.wgsl",
-        "common/transfer_function.wgsl",
-        "projection/judge.wgsl",
-    );
-    /// The list of those.
-    pub const COMPACT: &str = program!("projection/cull.wgsl", "projection/compact.wgsl");
     /// Pass 1: the vertices in camera space.
     pub const TRANSFORM: &str = program!(
         "projection/frame.wgsl",
@@ -344,7 +335,7 @@ pub mod ping_pong {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 39] = [
+pub const PROGRAMS: [(&str, &str); 37] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -352,8 +343,6 @@ pub const PROGRAMS: [(&str, &str); 39] = [
     ("common::SIDES", common::SIDES),
     ("preintegration::FILL_COLOR", preintegration::FILL_COLOR),
     ("preintegration::FILL_DEPTH", preintegration::FILL_DEPTH),
-    ("projection::JUDGE", projection::JUDGE),
-    ("projection::COMPACT", projection::COMPACT),
     ("projection::TRANSFORM", projection::TRANSFORM),
     ("projection::ORDER", projection::ORDER),
     ("projection::CELL", projection::CELL),

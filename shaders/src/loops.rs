@@ -121,14 +121,7 @@ pub const LOOPS: &[Loop] = &[
     of("sort/scatter.wgsl", "cs_scatter", AtMost(8), "words of a thread"),
     of("sort/scatter.wgsl", "cs_scatter", AtMost(16), "items of a thread"),
 
-    of("projection/compact.wgsl", "add_up", AtMost(8), "halvings of a workgroup"),
-    of("projection/compact.wgsl", "cs_scan", AtMost(1 << 14), "blocks of 256 cells, of which projection takes 2³⁰, for each of 256 threads"),
-    of("projection/compact.wgsl", "cs_scan", AtMost(1 << 14), "the same"),
-    of("projection/compact.wgsl", "cs_compact", AtMost(MOST_INTERVALS), "pieces of a cell, knots; where they are in parts, 255 of each of 64"),
     of("projection/composite.wgsl", "fs_composite", AtMost(1 << 14), "PASSES of a turn; the next goes on from what it stored"),
-    of("projection/judge.wgsl", "cs_judge", AtMost(8), "halvings of a workgroup"),
-    of("projection/judge.wgsl", "parts_of", AtMost(64), "MOST_LOOKED_AT"),
-    of("projection/judge.wgsl", "isovalue_in", AtMost(32), "bisection"),
     of("projection/pieces.wgsl", "choose_piece", AtMost(32), "bisection"),
     of("projection/segment.wgsl", "integrate_within", InAll(3 * MOST_INTERVALS + 8 * 20), "knots; as integrate of common/optics.wgsl"),
 

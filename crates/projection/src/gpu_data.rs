@@ -25,16 +25,6 @@ pub(crate) struct Frame {
     pub(crate) unused: [u32; 2],
 }
 
-/// The mirror of `Cull` in `cull.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub(crate) struct Cull {
-    pub(crate) cells: u32,
-    pub(crate) intervals: u32,
-    pub(crate) marks: u32,
-    pub(crate) blocks: u32,
-}
-
 /// The mirror of `Tile` in `fragments.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -49,7 +39,7 @@ pub(crate) struct Tile {
 #[cfg(test)]
 mod tests {
     use tetrascope_shaders::assert_layout;
-    use tetrascope_shaders::projection::{CELL, COMPACT, COMPOSITE, FILL, JUDGE, ORDER, SURFACE};
+    use tetrascope_shaders::projection::{CELL, COMPOSITE, FILL, ORDER, SURFACE};
 
     use super::*;
     use crate::passes::lists::{FRAGMENT_BYTES, STATE_BYTES};
@@ -76,17 +66,6 @@ mod tests {
                     cell_count,
                     scalars_per_cell,
                     scalar_range,
-                }
-            );
-        }
-        for program in [JUDGE, COMPACT] {
-            assert_layout!(
-                program,
-                Cull {
-                    cells,
-                    intervals,
-                    marks,
-                    blocks
                 }
             );
         }

@@ -7,10 +7,10 @@
 //! scalars. Reading order:
 //!
 //! 1. `volume` uploads the mesh, each vertex once (§8: "reuse vertices of the mesh").
-//!    Whenever the appearance changes, `passes::cull` (`judge.wgsl`, `compact.wgsl`) leaves
-//!    out cells that cannot show, and lists the others in pieces, one for each interval of
-//!    the transfer function, where those are few. `passes::transform` (`transform.wgsl`)
-//!    takes the vertices to camera space, once a frame.
+//!    Whenever the appearance changes, `cull` leaves out cells that cannot show, and lists
+//!    the others in pieces, one for each interval of the transfer function, where those are
+//!    few. `passes::transform` (`transform.wgsl`) takes the vertices to camera space, once a
+//!    frame.
 //! 2. `frame` is the camera, in coordinates that stay small.
 //! 3. The order of cells (§6, "compatible with any published cell sorting algorithm"),
 //!    where the optical model asks for one; [`Order::Auto`] takes `mpvo` where that is known
@@ -144,6 +144,7 @@
 
 mod centroids;
 pub mod counters;
+mod cull;
 mod entry;
 mod faces;
 mod frame;

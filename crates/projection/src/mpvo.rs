@@ -24,7 +24,7 @@ use tetrascope_f32::Normalization;
 use crate::volume::{flat, has_no_volume};
 
 /// Cells back to front.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Sorted {
     pub(crate) cells: Vec<u32>,
     /// Faces whose order was given up because cells hide each other in a cycle.

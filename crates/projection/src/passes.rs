@@ -1,7 +1,6 @@
 //! What is recorded, pass by pass.
 
 pub(crate) mod cell;
-pub(crate) mod cull;
 pub(crate) mod faces;
 pub(crate) mod lists;
 pub(crate) mod order;

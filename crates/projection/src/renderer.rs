@@ -118,7 +118,10 @@ impl Projection {
                 ordered.note = why.map(|why| format!("fragments are sorted in each pixel: {why}"));
             }
             Sorting::Mpvo(mpvo) => {
-                let sorted = mpvo.sorted(view, &scene.geometry.normalization);
+                let sorted = match scene.look.culled.cells {
+                    0 => Default::default(),
+                    _ => mpvo.sorted(view, &scene.geometry.normalization),
+                };
                 ordered.cycles = Some(sorted.cycles);
                 let why = scene.unproven.clone().or_else(|| {
                     (sorted.cycles > 0).then(|| "cells hide each other in a cycle".into())

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use bytemuck::Zeroable;
+use tetrascope_core::glam::Vec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, Volume};
 use tetrascope_f32::{
@@ -14,8 +15,8 @@ use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Integration};
 
+use crate::cull::{Culled, Judged, Listed, cull};
 use crate::options::CellLayout;
-use crate::passes::cull::{Culled, Judged, cull};
 use crate::{NAME, faces};
 
 const STORAGE: BufferUsages = BufferUsages::STORAGE;
@@ -46,6 +47,8 @@ pub(crate) struct Geometry {
     pub(crate) cells: wgpu::Buffer,
     /// The longest edge, normalized.
     pub(crate) longest: f32,
+    /// The same of each cell, 0 where it has no volume.
+    pub(crate) longest_edges: Arc<[f32]>,
     /// What the vertices are in camera space, once a frame has begun.
     pub(crate) transformed: wgpu::Texture,
 }
@@ -56,6 +59,8 @@ pub(crate) struct Field {
     pub(crate) map: ScalarMap,
     pub(crate) per_cell: bool,
     pub(crate) scalars: wgpu::Buffer,
+    /// The least and the greatest of each cell, NaN if one is.
+    pub(crate) extents: Arc<[[f32; 2]]>,
     /// The vertices of faces, where cells do not share theirs.
     pub(crate) faces: Option<faces::Buffers>,
     /// The least and the greatest of the domain.
@@ -76,17 +81,6 @@ pub(crate) struct Look {
     pub(crate) deepest: f32,
     /// The same where cells are drawn whole.
     deepest_of_cells: f32,
-}
-
-/// What an order that is made on the CPU has to know of the cells that are drawn; empty for
-/// others.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Listed {
-    /// Their indices.
-    pub(crate) cells: Arc<[u32]>,
-    /// The first piece of each of the mesh's cells, and the end of the last, where cells are
-    /// drawn in pieces.
-    starts: Option<Arc<[u32]>>,
 }
 
 /// What makes a [`Look`].
@@ -134,7 +128,7 @@ impl Geometry {
             .iter()
             .map(|p| normalization.position(*p).to_array())
             .collect();
-        // Of four times one vertex where there is no volume, for `judge.wgsl`.
+        // Of four times one vertex where there is no volume.
         let solid =
             |(cell, corners): (usize, &[u32; 4])| match has_no_volume(mesh.cell_points(cell)) {
                 true => [corners[0]; 4],
@@ -148,6 +142,7 @@ impl Geometry {
             positions: gpu.upload("the mesh's vertices", &positions, STORAGE)?,
             cells: gpu.upload("the mesh's cells", &cells, STORAGE)?,
             longest: longest_edge(mesh, &normalization),
+            longest_edges: longest_edges(&positions, &cells),
             transformed: gpu.texture(
                 "of the mesh's vertices",
                 texels(positions.len(), VERTICES_PER_ROW),
@@ -181,20 +176,39 @@ impl Field {
             per_cell,
             range,
             faces: faces::upload(gpu, mesh, normalization, (&map, range), layout)?,
+            extents: extents(mesh, &scalars, per_cell),
             scalars: gpu.upload("the mesh's scalars", &scalars, STORAGE)?,
         })
     }
 }
 
-impl Listed {
-    /// The items of `cells`, in their order.
-    pub(crate) fn items_of(&self, cells: Vec<u32>) -> Vec<u32> {
-        let Some(starts) = &self.starts else {
-            return cells;
-        };
-        let pieces = |cell: u32| starts[cell as usize]..starts[cell as usize + 1];
-        cells.into_iter().flat_map(pieces).collect()
+/// The longest edge of each of `cells`, of which those without volume are four times one vertex.
+fn longest_edges(positions: &[[f32; 3]], cells: &[[u32; 4]]) -> Arc<[f32]> {
+    const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+    let longest = |cell: &[u32; 4]| {
+        let corners = cell.map(|vertex| Vec3::from_array(positions[vertex as usize]));
+        let squares = EDGES.map(|[a, b]| corners[a].distance_squared(corners[b]));
+        squares.into_iter().fold(0.0, f32::max).sqrt()
+    };
+    cells.iter().map(longest).collect()
+}
+
+/// The least and the greatest of the scalars of each cell, NaN if one is.
+fn extents(mesh: &TetMesh, scalars: &[f32], per_cell: bool) -> Arc<[[f32; 2]]> {
+    if per_cell {
+        return scalars.iter().map(|scalar| [*scalar; 2]).collect();
     }
+    let extent = |cell: &[u32; 4]| {
+        let corners = cell.map(|vertex| scalars[vertex as usize]);
+        match corners.iter().any(|scalar| scalar.is_nan()) {
+            true => [f32::NAN; 2],
+            false => [
+                corners.into_iter().fold(f32::INFINITY, f32::min),
+                corners.into_iter().fold(f32::NEG_INFINITY, f32::max),
+            ],
+        }
+    };
+    mesh.tetrahedra().iter().map(extent).collect()
 }
 
 impl Look {
@@ -220,7 +234,7 @@ impl Look {
         };
         let isovalues = appearance.isosurfaces.iter();
         let isovalues: Vec<f32> = isovalues.map(|s| map.scalar(s.value)).collect();
-        let culled = cull(
+        let (culled, listed) = cull(
             gpu,
             &Judged {
                 geometry,
@@ -230,15 +244,8 @@ impl Look {
                 isovalues: &isovalues,
                 pieces: looked.pieces,
             },
+            looked.listed,
         )?;
-        let mut listed = Listed::default();
-        if looked.listed {
-            let (cells, starts) = culled.read(gpu, geometry.mesh.cell_count())?;
-            listed = Listed {
-                cells: cells.into(),
-                starts: starts.map(Arc::from),
-            };
-        }
         let scalars = match looked.extrapolates {
             true => ANY_SCALAR,
             false => field.range,

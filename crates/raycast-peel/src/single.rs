@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use tetrascope_core::glam::DVec3;
+use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_core::{Appearance, Error, FrameStats, OpticalModel, TetMesh, View, Volume};
 use tetrascope_f32::tiles::TILE;
 use tetrascope_f32::{Domain, KnotPair, Rays, ScalarMap, Tiles, deepest, mean_chord};
@@ -287,7 +287,20 @@ impl Single {
 
     /// The boundary faces that the rays of each tile may meet.
     fn lists(&self, view: &View, rays: &Rays) -> Result<Tiles, Error> {
-        Tiles::new(view, rays, &self.mesh.faces).ok_or_else(too_many_faces)
+        Tiles::new(view, rays, self.faces()).ok_or_else(too_many_faces)
+    }
+
+    /// The boundary faces that rays look for: none where nothing inside shows.
+    fn faces(&self) -> &[[Vec3; 3]] {
+        let model = self.style.appearance.optical_model;
+        let is_by_depth = !matches!(
+            model,
+            OpticalModel::MaximumIntensity | OpticalModel::Isosurfaces
+        );
+        match is_by_depth && self.style.deepest == 0.0 {
+            true => &[],
+            false => &self.mesh.faces,
+        }
     }
 
     /// Where rays cross the boundary; layers are peeled here.
@@ -336,7 +349,7 @@ impl Single {
     /// The same with trees in place of lists.
     fn trees(&self, view: &View, rays: &Rays, found: Found) -> Result<Found, Error> {
         let grown = |lists: Tiles| {
-            let trees = lists.trees(view, rays, &self.mesh.faces);
+            let trees = lists.trees(view, rays, self.faces());
             trees.ok_or_else(too_many_faces)
         };
         Ok(match found {
