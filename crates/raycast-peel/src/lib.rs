@@ -15,7 +15,7 @@
 //!    `single/cast.rs` records one dispatch, or as many as the rays need, with `state.wgsl`
 //!    between them.
 //!
-//! As published, a step a pass, in [`ping_pong`] and its shaders:
+//! As published, one step per pass, in `ping_pong` and its shaders:
 //!
 //! 1. `ping_pong/mesh.rs` packs the mesh into textures (4.1, figure 8).
 //! 2. `ping_pong/tiles.rs` cuts the image (3.3, figure 5).
