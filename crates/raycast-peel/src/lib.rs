@@ -154,7 +154,8 @@ mod single;
 
 pub use entry::ENTRY;
 pub use options::{
-    Crossings, Entries, INTEGRATIONS, Integration, Locality, MAX_TILES, Passes, RaycastOptions,
+    Crossings, Domain, Entries, INTEGRATIONS, Integration, Locality, MAX_TILES, Passes,
+    RaycastOptions,
 };
 pub use renderer::RaycastPeel;
 

@@ -89,7 +89,7 @@ mod voxels;
 
 pub use entry::ENTRY;
 pub use options::{
-    Crossing, Filtering, Gradient, Integration, Level, MAX_LEVEL, MAX_SLICES_PER_VOXEL,
+    Crossing, Domain, Filtering, Gradient, Integration, Level, MAX_LEVEL, MAX_SLICES_PER_VOXEL,
     MIN_SLICES_PER_VOXEL, Phong, PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength,
     Storage, Traversal,
 };
