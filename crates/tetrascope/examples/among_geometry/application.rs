@@ -14,7 +14,7 @@ const VERTICES: u32 = 48 * 24 * 6;
 pub(crate) async fn device() -> Result<(wgpu::Device, wgpu::Queue), String> {
     let instance = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
     let adapter = wgpu::Instance::new(instance).request_adapter(&Default::default());
-    let adapter = adapter.await.map_err(|error| error.to_string())?;
+    let adapter = adapter.await.map_err(|_| "wgpu finds no driver")?;
     let descriptor = wgpu::DeviceDescriptor {
         label: Some("application"),
         required_features: Gpu::useful_features(&adapter),

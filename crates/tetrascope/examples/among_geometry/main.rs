@@ -47,8 +47,11 @@ fn run() -> Result<(), Error> {
     io::image::check_path(Path::new(&path))?;
 
     // What an application has: a device, textures and a camera.
-    let (device, queue) = pollster::block_on(application::device())
-        .map_err(|reason| Error::NoAdapter { reason, help: None })?;
+    let no_device = |reason| Error::NoAdapter {
+        reason,
+        help: Some("`tetrascope adapters` lists what there is".into()),
+    };
+    let (device, queue) = pollster::block_on(application::device()).map_err(no_device)?;
     let [color, depth] = [
         application::texture(&device, COLOR, TextureUsages::COPY_SRC),
         application::texture(&device, DEPTH, TextureUsages::TEXTURE_BINDING),
