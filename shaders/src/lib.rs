@@ -6,7 +6,19 @@
 //! are `override` constants, set when a pipeline is made.
 //!
 //! One test parses and validates every program; [`loops`] has what bounds each loop. With the feature `layout`,
-//! [`assert_layout!`] compares the structs on both sides.
+//! `assert_layout!` compares the structs on both sides.
+//!
+//! ```
+//! use tetrascope_shaders::{PROGRAMS, raycast_peel};
+//!
+//! // A program is complete: any tool for WGSL takes it.
+//! let module = naga::front::wgsl::parse_str(raycast_peel::MARCH)?;
+//! let names: Vec<_> = module.entry_points.iter().map(|entry| &*entry.name).collect();
+//! assert!(names.contains(&"cs_cast"), "{names:?}");
+//! // The name of each is that of its constant.
+//! assert!(PROGRAMS.contains(&("raycast_peel::MARCH", raycast_peel::MARCH)));
+//! # Ok::<(), naga::front::wgsl::ParseError>(())
+//! ```
 
 #[cfg(feature = "layout")]
 pub mod layout;

@@ -13,6 +13,44 @@
 //! L = ∫ c(t) σ(t) exp(−∫₀ᵗ σ) dt + exp(−∫ σ) L_background
 //!
 //! (N. Max, "Optical Models for Direct Volume Rendering", 1995.)
+//!
+//! # From numbers to light
+//! ```
+//! use tetrascope_core::colormap::Colormap;
+//! use tetrascope_core::glam::DVec3;
+//! use tetrascope_core::mesh::Association;
+//! use tetrascope_core::optics::{RayIntegral, Segment};
+//! use tetrascope_core::{Appearance, Camera, CameraFit, OpticalModel, Scalars, TetMesh};
+//! use tetrascope_core::{TransferFunction, View, Volume, view};
+//!
+//! // One tetrahedron, hot at one of its corners.
+//! let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+//! let scalars = Scalars {
+//!     name: "temperature".into(),
+//!     association: Association::Point,
+//!     values: vec![280.0, 280.0, 280.0, 300.0],
+//! };
+//! let volume = Volume::Mesh(TetMesh::from_tetrahedra(points, vec![[0, 1, 2, 3]], scalars)?);
+//!
+//! // Colors from viridis; opacity rises to its greatest over one world unit.
+//! let range = volume.scalar_range().expect("the values are finite");
+//! let colors = TransferFunction::from_colormap(Colormap::Viridis, range, 1.0, 33)?;
+//! let appearance = Appearance::new(colors, OpticalModel::EmissionAbsorption);
+//! let view = View {
+//!     camera: Camera::frame(volume.outline(), CameraFit::PlusIso, false, 4.0 / 3.0),
+//!     width: 640,
+//!     height: 480,
+//!     background: view::BLACK,
+//! };
+//! // Every renderer takes these three: `Reference::new(&volume, &appearance, …)?.render(&view)`.
+//!
+//! // A ray through half a unit of it gathers light, and lets the rest of the background through.
+//! let mut ray = RayIntegral::new(&appearance.transfer_function, appearance.optical_model);
+//! ray.add(&Segment { front: 285.0, back: 295.0, length: 0.5 });
+//! let [r, g, b, a] = ray.over(view.premultiplied_background());
+//! assert!(g > r && g > b && a == 1.0); // the middle of viridis is green
+//! # Ok::<(), tetrascope_core::Error>(())
+//! ```
 
 pub use glam;
 

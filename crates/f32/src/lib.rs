@@ -13,6 +13,32 @@
 //! - A *mapped scalar* has the transfer function's range as [0, 1] ([`ScalarMap`]).
 //! - A ray's *anchor* is where it starts to count: a point of it near the volume, so that f32
 //!   resolves depths along the ray however far the eye is.
+//!
+//! # Far from the origin
+//! ```
+//! use tetrascope_core::Bounds;
+//! use tetrascope_core::glam::{DVec3, Vec3};
+//! use tetrascope_f32::{Domain, Normalization};
+//!
+//! // Half of a mesh a meter wide, 6000 km from the origin, where f32 resolves half a meter.
+//! let corner = DVec3::new(6.0e6, 0.0, 0.0);
+//! let own = Domain {
+//!     bounds: Bounds::of([corner, corner + DVec3::new(0.5, 1.0, 1.0)]),
+//!     scalar_range: Some((0.0, 0.7)),
+//! };
+//! // Both halves are relative to the whole, so that their shared points are the same in f32.
+//! let whole = Domain {
+//!     bounds: Bounds::of([corner, corner + DVec3::ONE]),
+//!     scalar_range: Some((0.0, 1.0)),
+//! };
+//! let domain = own.within(Some(whole))?;
+//! let normalization = Normalization::of(&domain.bounds);
+//! let middle = corner + DVec3::splat(0.5);
+//! assert_eq!(normalization.position(middle), Vec3::ZERO);
+//! let millimeter = normalization.position(middle + DVec3::new(1e-3, 0.0, 0.0)).x;
+//! assert!((f64::from(millimeter) * normalization.scale - 1e-3).abs() < 1e-8);
+//! # Ok::<(), tetrascope_core::Error>(())
+//! ```
 
 pub mod depth;
 pub mod domain;

@@ -96,8 +96,8 @@ impl Tiles {
     /// The same lists as trees of depths, for searches that look at a few of many faces.
     ///
     /// A tree is in preorder, four words an entry: the least and the greatest depth of what is
-    /// below it, the place in `lists` behind all that, and a face, or [`INNER`]. Faces are
-    /// by increasing least depth. `None` if there is too much to count in 32 bits.
+    /// below it, the place in `lists` behind all that, and a face, or `u32::MAX` in an inner
+    /// entry. Faces are by increasing least depth. `None` if there is too much to count in 32 bits.
     pub fn trees(&self, view: &View, rays: &Rays, faces: &[[Vec3; 3]]) -> Option<Tiles> {
         let (x, y) = (f64::from(view.width), f64::from(view.height));
         let corners = [(0.0, 0.0), (x, 0.0), (0.0, y), (x, y)];

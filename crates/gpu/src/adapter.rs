@@ -92,7 +92,7 @@ impl Gpu {
         let adapter = choose(enumerate(), options)?;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("tetrascope"),
-            required_features: USEFUL & adapter.features(),
+            required_features: Gpu::useful_features(&adapter),
             // The defaults of WebGPU stop at 128 MiB a binding even on large devices.
             required_limits: adapter.limits(),
             ..Default::default()
@@ -115,14 +115,21 @@ impl Gpu {
         Ok(Gpu::with_failure(device, queue, failure))
     }
 
+    /// The features of `adapter` that some renderer makes use of: an application asks for them,
+    /// and for what it needs itself, when it makes a device for [`Gpu::from_device`].
+    pub fn useful_features(adapter: &wgpu::Adapter) -> Features {
+        USEFUL & adapter.features()
+    }
+
     /// An application's own device and queue.
     ///
     /// The application's handlers for lost devices and uncaptured errors are left
-    /// alone. Renderers use what features and limits the device was made with:
-    /// [`Features::FLOAT32_BLENDABLE`] keeps blending in f32,
+    /// alone. Renderers use the features and limits that the device was made with. Among
+    /// [`Gpu::useful_features`], [`Features::FLOAT32_BLENDABLE`] keeps blending in f32,
     /// [`Features::FLOAT32_FILTERABLE`] and [`Features::TEXTURE_FORMAT_16BIT_NORM`] let
     /// texture units filter the samples of a grid, and [`Features::TIMESTAMP_QUERY`] and
-    /// [`Features::PIPELINE_STATISTICS_QUERY`] measure frames.
+    /// [`Features::PIPELINE_STATISTICS_QUERY`] measure frames. With the adapter's own limits
+    /// a mesh may be larger than with WebGPU's defaults.
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Gpu {
         Gpu::with_failure(device, queue, Failure::default())
     }

@@ -19,6 +19,44 @@
 //! print "XDG_RUNTIME_DIR is invalid or not set" while adapters are listed, because
 //! wgpu asks for what a Wayland window would need; nothing fails. A program that
 //! starts another with [`QUIET_MESA`] in its environment spares it the message.
+//!
+//! # In an application's own device
+//! ```no_run
+//! use tetrascope_core::glam::{DMat3, DVec3};
+//! use tetrascope_core::grid::Samples;
+//! use tetrascope_core::{Error, Grid};
+//! use tetrascope_gpu::memory::{Source, read_back};
+//! use tetrascope_gpu::wgpu::{self, BufferUsages};
+//! use tetrascope_gpu::{DeviceGrid, Gpu};
+//!
+//! /// An application's device, with the features and limits that renderers make use of.
+//! async fn device(adapter: &wgpu::Adapter) -> Result<Gpu, wgpu::RequestDeviceError> {
+//!     let descriptor = wgpu::DeviceDescriptor {
+//!         required_features: Gpu::useful_features(adapter),
+//!         required_limits: adapter.limits(),
+//!         ..Default::default()
+//!     };
+//!     let (device, queue) = adapter.request_device(&descriptor).await?;
+//!     Ok(Gpu::from_device(device, queue))
+//! }
+//!
+//! /// Uploads and reads back: whatever the device refuses is an error, not a panic.
+//! fn round_trip(gpu: &Gpu) -> Result<(), Error> {
+//!     println!("on {}", gpu.describe());
+//!     let buffer = gpu.upload("numbers", &[1.0_f32, 2.0, 3.0], BufferUsages::COPY_SRC)?;
+//!     let mut encoder = gpu.device().create_command_encoder(&Default::default());
+//!     let copy = read_back(gpu, &mut encoder, Source::Buffer(&buffer, 12))?;
+//!     gpu.finish(encoder)?;
+//!     assert_eq!(copy.read::<f32>()?, [1.0, 2.0, 3.0]);
+//!
+//!     // A grid of 2×2×2 samples in a texture, for `slicing` to draw.
+//!     let samples = Samples::F32(vec![0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
+//!     let (origin, spacing) = (DVec3::ZERO, DVec3::ONE);
+//!     let grid = Grid::new([2; 3], origin, spacing, DMat3::IDENTITY, samples)?;
+//!     assert_eq!(DeviceGrid::upload(gpu, &grid)?.bytes(), 32);
+//!     Ok(())
+//! }
+//! ```
 
 pub mod adapter;
 pub mod canvas;

@@ -34,6 +34,34 @@
 //! cells may take 32 MB and 32 times the file: points that no cell uses are left out beyond
 //! that, and cells that are more repeat each other and are refused. What is wrong is an
 //! [`Error::Format`](tetrascope_core::Error::Format) that says what and where.
+//!
+//! # A file in, a file out
+//! ```
+//! use tetrascope_core::{Frame, FrameStats, Volume};
+//! use tetrascope_io::{FileData, ReadOptions, read_file, write_image};
+//!
+//! # let folder = tempfile::tempdir().expect("a folder for files");
+//! # let path = folder.path().join("mesh.vtk");
+//! # std::fs::write(&path, "# vtk DataFile Version 3.0\none cell\nASCII\n\
+//! #     DATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0  1 0 0  0 1 0  0 0 1\n\
+//! #     CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\nPOINT_DATA 4\n\
+//! #     SCALARS height float\nLOOKUP_TABLE default\n0 0 0 1\n").expect("written");
+//! let data = read_file(&path, &ReadOptions::default())?; // "mesh.vtk", or any other format
+//! let volume = match data {
+//!     FileData::Mesh(mesh) => {
+//!         assert_eq!(mesh.field_list(), ["height [0, 1] (point)"]);
+//!         Volume::Mesh(mesh.into_mesh(Some("height"))?)
+//!     }
+//!     FileData::Grid(grid) => grid.into_volume(None)?.0, // its first field
+//! };
+//! assert_eq!(volume.cell_count(), 1);
+//!
+//! // A renderer makes frames; this one is half transparent red. The metadata is in the file.
+//! let frame = Frame::new((2, 1), vec![[0.5, 0.0, 0.0, 0.5]; 2], FrameStats::default());
+//! let picture = path.with_extension("png"); // or "exr", or "npy"
+//! write_image(&picture, &frame, &[("Title".into(), "red".into())])?;
+//! # Ok::<(), tetrascope_core::Error>(())
+//! ```
 
 mod fields;
 pub mod grid;

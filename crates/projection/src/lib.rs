@@ -158,7 +158,7 @@ mod volume;
 
 pub use entry::ENTRY;
 pub use options::{
-    CellLayout, ExitSearch, Integration, Order, ProjectionOptions, Sort, SurfaceSearch,
+    CellLayout, Domain, ExitSearch, Integration, Order, ProjectionOptions, Sort, SurfaceSearch,
 };
 pub use renderer::Projection;
 

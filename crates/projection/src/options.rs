@@ -1,7 +1,7 @@
 //! What can be chosen.
 
 use tetrascope_core::{Appearance, Error, OpticalModel, Projection, Settings, View};
-use tetrascope_f32::Domain;
+pub use tetrascope_f32::Domain;
 use tetrascope_gpu::Gpu;
 pub use tetrascope_gpu::Integration;
 use tetrascope_gpu::transfer_function::check_knots;

@@ -15,7 +15,7 @@
 //!    `single/cast.rs` records one dispatch, or as many as the rays need, with `state.wgsl`
 //!    between them.
 //!
-//! As published, a step a pass, in [`ping_pong`] and its shaders:
+//! As published, one step per pass, in `ping_pong` and its shaders:
 //!
 //! 1. `ping_pong/mesh.rs` packs the mesh into textures (4.1, figure 8).
 //! 2. `ping_pong/tiles.rs` cuts the image (3.3, figure 5).
@@ -143,6 +143,44 @@
 //!   saves half at most.
 //! - [`Passes::PingPong`] draws no isosurfaces, depth cue or clip planes, and cannot be recorded
 //!   into the caller's encoder, as the CPU reads occlusion queries between passes.
+//!
+//! # In an application with its own wgpu
+//! ```no_run
+//! use tetrascope_core::{Appearance, Error, TetMesh, View, Volume, VolumeRenderer as _};
+//! use tetrascope_gpu::wgpu::{self, TextureFormat};
+//! use tetrascope_gpu::{Draw as _, Gpu, Target};
+//! use tetrascope_raycast_peel::{Domain, RaycastOptions, RaycastPeel, counters};
+//!
+//! /// Draws the steps of a time series, which share their geometry ([`TetMesh::with_scalars`]).
+//! fn draw(
+//!     (device, queue): (&wgpu::Device, &wgpu::Queue),
+//!     (steps, scalar_range): (&[TetMesh], (f64, f64)),
+//!     (appearance, view): (&Appearance, &View),
+//!     (color, format): (&wgpu::TextureView, TextureFormat),
+//! ) -> Result<(), Error> {
+//!     let gpu = Gpu::from_device(device.clone(), queue.clone());
+//!     let [first, ..] = steps else { return Ok(()) };
+//!     let options = RaycastOptions {
+//!         // Numbers are relative to the whole series, so that steps agree to the last bit.
+//!         domain: Some(Domain { scalar_range: Some(scalar_range), ..Domain::of(first) }),
+//!         ..RaycastOptions::default()
+//!     };
+//!     let volume = Volume::Mesh(first.clone());
+//!     let mut renderer = RaycastPeel::new(&gpu, &volume, appearance, &options)?;
+//!     for step in steps {
+//!         renderer.reload(&Volume::Mesh(step.clone()))?; // uploads scalars alone
+//!         let mut encoder = device.create_command_encoder(&Default::default());
+//!         // Over the view's background, as all of the texture is written.
+//!         let target = Target::new(color, format);
+//!         let recorded = renderer.encode(&mut encoder, view, &target)?;
+//!         queue.submit([encoder.finish()]);
+//!         // Waits for the device.
+//!         let stats = recorded.statistics()?;
+//!         assert_eq!(stats.get(counters::LOST_RAYS), Some(0));
+//!     }
+//!     Ok(())
+//! }
+//! ```
 
 pub mod counters;
 mod entry;
@@ -154,7 +192,8 @@ mod single;
 
 pub use entry::ENTRY;
 pub use options::{
-    Crossings, Entries, INTEGRATIONS, Integration, Locality, MAX_TILES, Passes, RaycastOptions,
+    Crossings, Domain, Entries, INTEGRATIONS, Integration, Locality, MAX_TILES, Passes,
+    RaycastOptions,
 };
 pub use renderer::RaycastPeel;
 

@@ -1,7 +1,7 @@
 //! What can be chosen.
 
 use tetrascope_core::{Abilities, Appearance, Bounds, Error, OpticalModel, Settings};
-use tetrascope_f32::Domain;
+pub use tetrascope_f32::Domain;
 pub use tetrascope_gpu::Integration;
 use tetrascope_gpu::preintegration::OfSide;
 use tetrascope_gpu::transfer_function::check_knots;

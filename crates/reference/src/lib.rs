@@ -30,6 +30,44 @@
 //! Where cells overlap, which no valid mesh has, their
 //! pieces are integrated one after the other in the order of their entries, and
 //! the pixel is counted as inconsistent.
+//!
+//! # A picture and its error bound
+//! ```
+//! use tetrascope_core::glam::DVec3;
+//! use tetrascope_core::mesh::Association;
+//! use tetrascope_core::{Appearance, Camera, CameraFit, Knot, OpticalModel, Scalars};
+//! use tetrascope_core::{TetMesh, TransferFunction, View, Volume, view};
+//! use tetrascope_reference::{Reference, ReferenceOptions};
+//!
+//! // A tetrahedron of constant extinction 2 that is 1 deep along z at the z axis.
+//! let points = vec![DVec3::new(-1.0, -1.0, 0.0), DVec3::X, DVec3::Y, DVec3::Z];
+//! let scalars = Scalars {
+//!     name: "density".into(),
+//!     association: Association::Point,
+//!     values: vec![1.0; 4],
+//! };
+//! let mesh = TetMesh::from_tetrahedra(points, vec![[0, 1, 2, 3]], scalars)?;
+//! let volume = Volume::Mesh(mesh);
+//! let knot = Knot { scalar: 1.0, color: DVec3::ONE, extinction: 2.0 };
+//! let colors = TransferFunction::new(vec![knot])?;
+//! let appearance = Appearance::new(colors, OpticalModel::EmissionAbsorption);
+//!
+//! let renderer = Reference::new(&volume, &appearance, &ReferenceOptions::default())?;
+//! let image = renderer.render_exact(&View {
+//!     camera: Camera {
+//!         focal_point: DVec3::ZERO, // the axis goes through the middle of the picture
+//!         position: DVec3::new(0.0, 0.0, 5.0),
+//!         ..Camera::fit(&volume.bounds(), CameraFit::PlusZ, true, 1.0)
+//!     },
+//!     width: 65,
+//!     height: 65,
+//!     background: view::TRANSPARENT,
+//! })?;
+//! let (opacity, bound) = (image.pixel(32, 32)[3], image.error_bound[32 * 65 + 32]);
+//! assert!((opacity - (1.0 - (-2.0_f64).exp())).abs() <= bound);
+//! assert!(bound < 1e-9); // f32 would round by up to 3e-8
+//! # Ok::<(), tetrascope_core::Error>(())
+//! ```
 
 mod bound;
 mod cell;

@@ -63,6 +63,45 @@
 //! - A grid with [coverage](tetrascope_core::grid::coverage) is on the device as a whole, as is
 //!   any [`DeviceGrid`](tetrascope_gpu::DeviceGrid); it has neither isosurfaces, nor greatest
 //!   colors, nor shading, and its samples do not fill cells.
+//!
+//! # In an application with its own wgpu
+//! [`Slicing::from_device`] has another example: a grid that a compute pass writes.
+//! ```no_run
+//! use tetrascope_core::{Appearance, Error, Grid, View, Volume};
+//! use tetrascope_gpu::wgpu::{self, TextureFormat};
+//! use tetrascope_gpu::{Draw as _, Gpu, Over, Target};
+//! use tetrascope_slicing::{Slicing, SlicingOptions};
+//!
+//! /// Uploads a grid, once; `reload` and `restyle` follow what changes.
+//! fn prepare(
+//!     (device, queue): (&wgpu::Device, &wgpu::Queue),
+//!     grid: Grid,
+//!     appearance: &Appearance,
+//! ) -> Result<Slicing, Error> {
+//!     let gpu = Gpu::from_device(device.clone(), queue.clone());
+//!     let options = SlicingOptions {
+//!         slices_per_voxel: 4.0, // half the distance of the default, a quarter of the error
+//!         ..SlicingOptions::default()
+//!     };
+//!     Slicing::new(&gpu, &Volume::Grid(grid), appearance, &options)
+//! }
+//!
+//! /// Every frame: draws the grid over what the application has drawn into `color`.
+//! fn draw(
+//!     slicing: &Slicing,
+//!     encoder: &mut wgpu::CommandEncoder,
+//!     view: &View,
+//!     (color, format): (&wgpu::TextureView, TextureFormat),
+//! ) -> Result<(), Error> {
+//!     let target = Target {
+//!         over: Over::WhatIsThere,
+//!         ..Target::new(color, format)
+//!     };
+//!     // The application submits; the statistics, which wait for that, are left alone.
+//!     let _ = slicing.encode(encoder, view, &target)?;
+//!     Ok(())
+//! }
+//! ```
 
 pub mod box_plane;
 mod boxes;
@@ -89,7 +128,7 @@ mod voxels;
 
 pub use entry::ENTRY;
 pub use options::{
-    Crossing, Filtering, Gradient, Integration, Level, MAX_LEVEL, MAX_SLICES_PER_VOXEL,
+    Crossing, Domain, Filtering, Gradient, Integration, Level, MAX_LEVEL, MAX_SLICES_PER_VOXEL,
     MIN_SLICES_PER_VOXEL, Phong, PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength,
     Storage, Traversal,
 };

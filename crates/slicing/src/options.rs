@@ -2,7 +2,7 @@
 
 use tetrascope_core::grid::{Interpolation, Lattice};
 use tetrascope_core::{Error, OpticalModel, Settings};
-use tetrascope_f32::Domain;
+pub use tetrascope_f32::Domain;
 
 use crate::NAME;
 

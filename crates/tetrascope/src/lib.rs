@@ -3,7 +3,7 @@
 //! Tetrascope draws tetrahedra, hexahedra, wedges and pyramids as they are, without
 //! resampling. Each algorithm is a published one in a crate of its own; a ground
 //! truth with a known error bound judges them all. This crate is the way in: the
-//! registry of [`algorithms`], [`volumes`] from files and data sets, and the command
+//! registry of [`mod@algorithms`], [`volumes`] from files and data sets, and the command
 //! line, `tetrascope`.
 //!
 //! ```
