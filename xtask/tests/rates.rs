@@ -252,6 +252,43 @@ fn what_fails_leaves_the_renderer_as_it_was() {
     failures.finish();
 }
 
+/// A volume in which nothing shows becomes one in which something does.
+#[test]
+fn what_begins_to_show_is_drawn() {
+    let mut failures = Failures::default();
+    let test = "what_begins_to_show_is_drawn";
+    for_each(test, |_, case, model, [volume, changed, _]| {
+        let (low, high) = volume.scalar_range().expect("scalars");
+        let clear = look(changed, model, 3, 0.0);
+        let knot = |scalar, extinction| Knot {
+            scalar,
+            color: DVec3::ONE,
+            extinction,
+        };
+        // Of small optical depths, from above all that `changed` has.
+        let (_, top) = changed.scalar_range().expect("scalars");
+        if top >= high {
+            return;
+        }
+        let middle = 0.5 * (top + high);
+        let knots = vec![knot(low, 0.0), knot(middle, 0.0), knot(high, 0.5)];
+        let mut shown = clear.clone();
+        shown.transfer_function = TransferFunction::new(knots).expect("sorted");
+        let mut renderer = case.build(changed, &shown);
+        renderer.render(&case.view).expect("a frame");
+        renderer.reload(volume).expect("a volume");
+        let frame = renderer.render(&case.view).expect("a frame");
+        let fresh = case.build(volume, &shown).render(&case.view);
+        let apart = ImageError::between(&fresh.expect("a frame"), &frame);
+        let shows = frame.pixels.iter().any(|pixel| pixel[3] > 0.0);
+        if !apart.within(3e-6, 1e-4) || !shows {
+            let (name, settings) = (case.algorithm.name, &case.settings);
+            failures.push(format!("{name} {settings}, {}: {apart:?}", model.name()));
+        }
+    });
+    failures.finish();
+}
+
 /// The same function of scalars that are greater by `offset`.
 fn moved(look: &Appearance, offset: f64) -> Appearance {
     let knots = look.transfer_function.knots().iter().map(|knot| Knot {

@@ -201,13 +201,13 @@ fn constants(
 }
 
 impl Style {
-    /// Whether the constants hold for `mesh`, too, with the same map of scalars: programs
-    /// ask only whether the bound of depths is at most 1.
+    /// Whether this holds for `mesh`, too, with the same map of scalars: programs ask only whether
+    /// the bound of depths is at most 1, and [`Single::faces`] whether it is 0.
     fn holds_for(&self, mesh: &Mesh) -> Result<bool, Error> {
         let tf = &self.appearance.transfer_function;
         let intervals = knot_pairs(tf, &mesh.scalar_map, &mesh.normalization)?;
         let deepest = deepest(&intervals, mesh.scalars(), mesh.longest_edge);
-        Ok(self.deepest > 1.0 || deepest <= 1.0)
+        Ok((self.deepest > 1.0 || deepest <= 1.0) && (self.deepest > 0.0 || deepest == 0.0))
     }
 
     /// The pipeline, with `resumes` for rays that go on from dispatch to dispatch, and with
