@@ -19,21 +19,22 @@ const DIGIT_BITS: u32 = KEY_BITS / 2;
 /// What does not depend on the view.
 #[derive(Debug)]
 pub(crate) struct Centroids {
-    /// Normalized.
-    centers: Vec<Vec3>,
+    /// Of all of the mesh's cells, normalized.
+    centers: Arc<[Vec3]>,
     /// The cells that are drawn, by index.
     cells: Arc<[u32]>,
 }
 
 impl Centroids {
     pub(crate) fn new(geometry: &Geometry, cells: Arc<[u32]>) -> Centroids {
-        let center = |cell: &u32| {
-            let points = geometry.mesh.cell_points(*cell as usize);
+        let center = |cell: usize| {
+            let points = geometry.mesh.cell_points(cell);
             let [p0, p1, p2, p3] = points.map(|p| geometry.normalization.point(p));
             (0.25 * (p0 + p1 + p2 + p3)).as_vec3()
         };
+        let all = || (0..geometry.mesh.cell_count()).map(center).collect();
         Centroids {
-            centers: cells.iter().map(center).collect(),
+            centers: geometry.centers.get_or_init(all).clone(),
             cells,
         }
     }
@@ -50,8 +51,8 @@ impl Centroids {
             let key = (frame.far_key - near) * frame.key_scale;
             key.clamp(0.0, ((1_u32 << KEY_BITS) - 1) as f32) as u32
         };
-        let keys = self.centers.iter().map(key);
-        let pairs: Vec<(u32, u32)> = keys.zip(self.cells.iter().copied()).collect();
+        let keyed = |cell: &u32| (key(&self.centers[*cell as usize]), *cell);
+        let pairs: Vec<(u32, u32)> = self.cells.iter().map(keyed).collect();
         let mut half = vec![(0, 0); pairs.len()];
         by_digit(&pairs, 0, |place, pair| half[place] = pair);
         let mut cells = vec![0; pairs.len()];

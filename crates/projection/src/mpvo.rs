@@ -16,6 +16,8 @@
 //! a far face may hide a near one. The same goes for hanging nodes, across which cells
 //! share no face, and for cells that overlap.
 
+use std::sync::Arc;
+
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::{FACES, NO_NEIGHBOR};
 use tetrascope_core::{Projection, TetMesh, View};
@@ -43,10 +45,30 @@ enum Eye {
 #[derive(Debug)]
 pub(crate) struct Mpvo {
     mesh: TetMesh,
+    shape: Arc<Shape>,
+    shown: Vec<bool>,
+}
+
+/// What an appearance does not change either.
+#[derive(Debug)]
+pub(crate) struct Shape {
+    /// Normalized.
     points: Vec<DVec3>,
     /// Cells without volume, of which no side is the inside.
     flat: Vec<bool>,
-    shown: Vec<bool>,
+}
+
+impl Shape {
+    pub(crate) fn new(mesh: &TetMesh, normalization: &Normalization) -> Shape {
+        let points = mesh.points().iter().map(|p| normalization.point(*p));
+        let points: Vec<DVec3> = points.collect();
+        let corners = mesh.tetrahedra().iter();
+        let flat = corners.map(|c| flat(c.map(|p| points[p as usize])));
+        Shape {
+            flat: flat.collect(),
+            points,
+        }
+    }
 }
 
 /// A cell's place in the search.
@@ -61,20 +83,14 @@ enum State {
 impl Mpvo {
     /// For the cells `drawn`, by index. The others take part in the search, as order
     /// passes through them.
-    pub(crate) fn new(mesh: &TetMesh, normalization: &Normalization, drawn: &[u32]) -> Mpvo {
-        let points = mesh.points().iter().map(|p| normalization.point(*p));
-        let points: Vec<DVec3> = points.collect();
-        let corners = mesh.tetrahedra().iter();
-        let flat = corners.map(|c| flat(c.map(|p| points[p as usize])));
-        let flat = flat.collect();
+    pub(crate) fn new(mesh: &TetMesh, shape: Arc<Shape>, drawn: &[u32]) -> Mpvo {
         let mut shown = vec![false; mesh.cell_count()];
         for cell in drawn {
             shown[*cell as usize] = true;
         }
         Mpvo {
             mesh: mesh.clone(),
-            points,
-            flat,
+            shape,
             shown,
         }
     }
@@ -126,7 +142,7 @@ impl Mpvo {
 
     fn corners(&self, cell: u32, face: usize) -> [DVec3; 3] {
         let points = self.mesh.tetrahedra()[cell as usize];
-        FACES[face].map(|corner| self.points[points[corner] as usize])
+        FACES[face].map(|corner| self.shape.points[points[corner] as usize])
     }
 
     /// On which side of a face the eye is: 1 outside of the cell, −1 inside, 0 too near
@@ -153,7 +169,7 @@ impl Mpvo {
     /// Whether the neighbor across a face is behind the cell.
     fn behind(&self, cell: u32, face: usize, neighbor: u32, eye: Eye) -> bool {
         // A flat cell does not know its inside; the neighbor does.
-        if self.flat[cell as usize] && !self.flat[neighbor as usize] {
+        if self.shape.flat[cell as usize] && !self.shape.flat[neighbor as usize] {
             let back = self.mesh.neighbors()[neighbor as usize];
             let back = back.iter().position(|n| *n == cell);
             return back.is_some_and(|face| self.side(neighbor, face, eye) == 1);
@@ -303,7 +319,8 @@ mod tests {
             height: 1,
             background: [0.0; 4],
         };
-        Mpvo::new(mesh, &normalization, &drawn).sorted(&view, &normalization)
+        Mpvo::new(mesh, Shape::new(mesh, &normalization).into(), &drawn)
+            .sorted(&view, &normalization)
     }
 
     // A fan of tetrahedra in a row along x, each sharing a face with the next.

@@ -1,6 +1,6 @@
 //! The mesh on the device, and which of its cells can show.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use bytemuck::Zeroable;
 use tetrascope_core::glam::Vec3;
@@ -16,6 +16,7 @@ use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Gpu, Integration};
 
 use crate::cull::{Culled, Judged, Listed, cull};
+use crate::mpvo::Shape;
 use crate::options::CellLayout;
 use crate::{NAME, faces};
 
@@ -49,6 +50,9 @@ pub(crate) struct Geometry {
     pub(crate) longest: f32,
     /// The same of each cell, 0 where it has no volume.
     pub(crate) longest_edges: Arc<[f32]>,
+    /// What orders that are made on the CPU know of all cells, made when it is first needed.
+    pub(crate) centers: Arc<OnceLock<Arc<[Vec3]>>>,
+    pub(crate) shape: Arc<OnceLock<Arc<Shape>>>,
     /// What the vertices are in camera space, once a frame has begun.
     pub(crate) transformed: wgpu::Texture,
 }
@@ -143,6 +147,8 @@ impl Geometry {
             cells: gpu.upload("the mesh's cells", &cells, STORAGE)?,
             longest: longest_edge(mesh, &normalization),
             longest_edges: longest_edges(&positions, &cells),
+            centers: Arc::default(),
+            shape: Arc::default(),
             transformed: gpu.texture(
                 "of the mesh's vertices",
                 texels(positions.len(), VERTICES_PER_ROW),

@@ -7,7 +7,7 @@ use tetrascope_gpu::preintegration::Table;
 use tetrascope_gpu::{Gpu, Integration};
 
 use crate::centroids::Centroids;
-use crate::mpvo::{Mpvo, unproven};
+use crate::mpvo::{Mpvo, Shape, unproven};
 use crate::options::{ExitSearch, Order, ProjectionOptions};
 use crate::passes::cell::{CellData, CellPass, Into, Uploaded};
 use crate::passes::faces::FacePass;
@@ -110,8 +110,10 @@ impl Parts<'_> {
                 Sorting::CentroidOnCpu(Centroids::new(&geometry, look.listed.cells.clone()))
             }
             Way::Mpvo => {
-                let normalization = &geometry.normalization;
-                Sorting::Mpvo(Mpvo::new(&geometry.mesh, normalization, &look.listed.cells))
+                let (mesh, normalization) = (&geometry.mesh, &geometry.normalization);
+                let made = || Shape::new(mesh, normalization).into();
+                let shape = geometry.shape.get_or_init(made).clone();
+                Sorting::Mpvo(Mpvo::new(mesh, shape, &look.listed.cells))
             }
             Way::PerPixel => Sorting::PerPixel,
         };
