@@ -1,4 +1,4 @@
-//! What an algorithm says about itself, without a device.
+//! The description of an algorithm, which needs no device.
 
 use crate::{Appearance, Counter, Error, OpticalModel, Setting, Settings, View, Volume};
 
@@ -7,11 +7,11 @@ use crate::{Appearance, Counter, Error, OpticalModel, Setting, Settings, View, V
 pub struct Entry {
     /// The name on the command line and of the cargo feature.
     pub name: &'static str,
-    /// What it is, a few words.
+    /// The kind of algorithm, in a few words.
     pub title: &'static str,
     /// The paper, in full.
     pub paper: &'static str,
-    /// What it draws, one line.
+    /// The volumes and looks that it draws, in one line.
     pub draws: &'static str,
     /// Its quality settings.
     pub settings: &'static [Setting],
@@ -54,7 +54,7 @@ pub enum Promise {
 /// A source of an algorithm's error: the difference between two of its pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// What is to blame, in words.
+    /// The cause, in words.
     pub name: &'static str,
     /// The entry of the sweep that has it.
     pub with: &'static str,

@@ -53,23 +53,23 @@ pub struct FrameStats {
 pub struct Counter {
     /// In snake case, as in JSON.
     pub name: &'static str,
-    /// What there are so many of.
+    /// Unit, in words.
     pub unit: &'static str,
-    /// What is counted, in sentences.
+    /// An explanation, in sentences.
     pub about: &'static str,
 }
 
-/// What a [`Counter`] has counted in one frame.
+/// The count of a [`Counter`] in one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Count {
-    /// What was counted.
+    /// The counter.
     pub counter: Counter,
     /// How many.
     pub value: u64,
 }
 
 impl FrameStats {
-    /// What was counted; `None` where it was not.
+    /// The count of a counter; `None` where it did not count.
     pub fn get(&self, counter: Counter) -> Option<u64> {
         let count = self.counts.iter().find(|c| c.counter.name == counter.name);
         count.map(|count| count.value)

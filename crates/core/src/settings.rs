@@ -203,7 +203,7 @@ impl Settings {
         &found.expect("the entry lists this setting").1
     }
 
-    /// What `name` chooses among `all`, whose [`words`] it has.
+    /// The choice of setting `name` among `all`, whose [`words`] it takes.
     pub fn choice<T: Copy>(&self, name: &str, all: &[(&str, T)]) -> T {
         let value = self.get(name);
         let found = all.iter().find(|(word, _)| *word == value);

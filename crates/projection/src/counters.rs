@@ -1,4 +1,4 @@
-//! What frames count.
+//! Counters of frames.
 
 tetrascope_core::counters! {
     /// Cells sent to the rasterizer.

@@ -1,4 +1,4 @@
-//! What the algorithm says about itself: its settings, what it draws, how near to the truth.
+//! The algorithm's entry: its settings, what it draws, how near to the truth.
 
 use tetrascope_core::entry::Source;
 use tetrascope_core::settings::words;
@@ -12,7 +12,7 @@ use crate::options::{
 use crate::volume::mesh_of;
 use crate::{ABILITIES, NAME};
 
-/// What this algorithm says about itself.
+/// This algorithm's entry.
 pub const ENTRY: Entry = Entry {
     name: NAME,
     title: "view-independent cell projection",

@@ -1,4 +1,4 @@
-//! What the algorithm says about itself: its settings, what it draws, how near to the truth.
+//! The algorithm's entry: its settings, what it draws, how near to the truth.
 
 use tetrascope_core::settings::words;
 use tetrascope_core::{
@@ -11,7 +11,7 @@ use crate::options::{
 };
 use crate::renderer::tetrahedra;
 
-/// What this algorithm says about itself.
+/// This algorithm's entry.
 pub const ENTRY: Entry = Entry {
     name: NAME,
     title: "watertight ray casting from cell to cell",

@@ -112,7 +112,7 @@ pub const NAME: &str = "reference";
 /// What it draws beyond the volumetric optical models, of meshes and of regular grids.
 pub const ABILITIES: Abilities = Abilities::ALL;
 
-/// What this algorithm says about itself.
+/// This algorithm's entry.
 pub const ENTRY: Entry = Entry {
     name: NAME,
     title: "exact BVH ray casting, the ground truth",

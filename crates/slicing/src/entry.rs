@@ -1,4 +1,4 @@
-//! What the algorithm says about itself: its settings, what it draws, how near to the truth.
+//! The algorithm's entry: its settings, what it draws, how near to the truth.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::options::{
 use crate::samples::source_of;
 use crate::{ABILITIES, NAME};
 
-/// What this algorithm says about itself.
+/// This algorithm's entry.
 pub const ENTRY: Entry = Entry {
     name: NAME,
     title: "slices of regular grids, cut in the vertex stage",
