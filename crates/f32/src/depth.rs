@@ -1,5 +1,7 @@
 //! The greatest optical depth that a shader can find on one segment of a ray.
 
+use tetrascope_core::OpticalModel;
+
 use crate::KnotPair;
 
 /// How much longer than the longest edge a segment may be, by its length.
@@ -36,6 +38,16 @@ pub fn deepest(knots: &[KnotPair], (low, high): (f32, f32), longest: f32) -> f32
     let greatest = f64::from(extinctions.fold(0.0, f32::max));
     let length = f64::from(longest) * LONGER + ENDS;
     (greatest * length).min(1e30) as f32
+}
+
+/// Whether nothing shows of a volume whose [`deepest`] segment is known: where optical depth
+/// decides, and there is none.
+pub fn is_transparent(model: OpticalModel, deepest: f32) -> bool {
+    let by_depth = !matches!(
+        model,
+        OpticalModel::MaximumIntensity | OpticalModel::Isosurfaces
+    );
+    by_depth && deepest == 0.0
 }
 
 #[cfg(test)]

@@ -51,7 +51,7 @@ pub mod normalization;
 pub mod rays;
 pub mod tiles;
 
-pub use depth::{ANY_SCALAR, deepest};
+pub use depth::{ANY_SCALAR, deepest, is_transparent};
 pub use domain::Domain;
 pub use image_plane::ImagePlane;
 pub use knots::KnotPair;

@@ -237,6 +237,37 @@ impl Canvas {
         })
     }
 
+    /// Records what shows a volume that is transparent: the background, or no command where it is
+    /// drawn over what is there. Returns the number of passes.
+    pub fn put_nothing(
+        &self,
+        encoder: &mut CommandEncoder,
+        view: &View,
+        target: &Target,
+    ) -> Result<u64, Error> {
+        if target.over == Over::WhatIsThere {
+            return Ok(0);
+        }
+        let label = "gpu::put_nothing";
+        let [r, g, b, a] = view.premultiplied_background();
+        self.gpu.checked(label, 0, || {
+            encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some(label),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: target.color,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: Operations {
+                        load: LoadOp::Clear(wgpu::Color { r, g, b, a }),
+                        store: StoreOp::Store,
+                    },
+                })],
+                ..Default::default()
+            });
+        })?;
+        Ok(1)
+    }
+
     /// Where rays end in `depth`, R32Float: depths in camera space, from `anchor_depth` before the
     /// eye on, normalized units; one texel that is not to be read without `depth`. With whether
     /// there is any.

@@ -355,6 +355,11 @@ impl Draw for Projection {
         self.options.check_view(view)?;
         let (gpu, scene) = (self.canvas.gpu(), &self.scene);
         let encoder = commands.encoder();
+        if scene.look.culled.cells == 0 && scene.surfaces.is_none() {
+            let mut stats = self.stats(false);
+            stats.passes = self.canvas.put_nothing(encoder, view, target)?;
+            return Ok(Recorded::new(stats));
+        }
         let normalization = &scene.geometry.normalization;
         // Surfaces are hidden when they are put among the geometry.
         let depth = target.depth.as_ref().filter(|_| scene.surfaces.is_none());

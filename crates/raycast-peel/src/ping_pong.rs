@@ -15,7 +15,7 @@ mod tiles;
 
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, Volume};
-use tetrascope_f32::{ANY_SCALAR, Domain, ScalarMap, deepest};
+use tetrascope_f32::{ANY_SCALAR, Domain, ScalarMap, deepest, is_transparent};
 use tetrascope_gpu::Gpu;
 use tetrascope_gpu::passes::{deep, model_constant};
 use tetrascope_gpu::preintegration::Table;
@@ -61,6 +61,8 @@ pub(crate) struct PingPong {
 #[derive(Debug)]
 struct Style {
     appearance: Appearance,
+    /// Whether nothing of the mesh shows.
+    is_transparent: bool,
     passes: StyledPasses,
     intervals: wgpu::Buffer,
     table: Table,
@@ -106,6 +108,7 @@ impl Style {
         constants.extend(passes.constants());
         Ok(Style {
             appearance: appearance.clone(),
+            is_transparent: is_transparent(appearance.optical_model, deepest),
             passes: passes.styled(gpu, &constants)?,
             table,
             intervals: gpu.upload("ping-pong::intervals", &intervals, BufferUsages::STORAGE)?,

@@ -3,10 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use tetrascope_core::glam::{DVec3, Vec3};
+use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Appearance, Error, FrameStats, OpticalModel, TetMesh, View, Volume};
 use tetrascope_f32::tiles::TILE;
-use tetrascope_f32::{Domain, KnotPair, Rays, ScalarMap, Tiles, deepest, mean_chord};
+use tetrascope_f32::{
+    Domain, KnotPair, Rays, ScalarMap, Tiles, deepest, is_transparent, mean_chord,
+};
 use tetrascope_gpu::memory::{ReadBack, Source, texture_bytes};
 use tetrascope_gpu::passes::{deep, look_constants, model_constant};
 use tetrascope_gpu::pipelines::Constant;
@@ -201,8 +203,13 @@ fn constants(
 }
 
 impl Style {
+    /// Whether nothing of the mesh shows.
+    fn is_transparent(&self) -> bool {
+        is_transparent(self.appearance.optical_model, self.deepest)
+    }
+
     /// Whether this holds for `mesh`, too, with the same map of scalars: programs ask only whether
-    /// the bound of depths is at most 1, and [`Single::faces`] whether it is 0.
+    /// the bound of depths is at most 1, and [`Style::is_transparent`] whether it is 0.
     fn holds_for(&self, mesh: &Mesh) -> Result<bool, Error> {
         let tf = &self.appearance.transfer_function;
         let intervals = knot_pairs(tf, &mesh.scalar_map, &mesh.normalization)?;
@@ -270,12 +277,12 @@ impl Single {
         })
     }
 
-    /// Bytes on the device between frames, the image not counted.
     /// How and what is drawn, and its mesh.
     pub(crate) fn scene(&self) -> (&RaycastOptions, &Appearance, &TetMesh) {
         (&self.options, &self.style.appearance, &self.mesh.source)
     }
 
+    /// Bytes on the device between frames, the image not counted.
     pub(crate) fn bytes_resident(&self) -> u64 {
         let textures = self
             .mesh
@@ -287,20 +294,7 @@ impl Single {
 
     /// The boundary faces that the rays of each tile may meet.
     fn lists(&self, view: &View, rays: &Rays) -> Result<Tiles, Error> {
-        Tiles::new(view, rays, self.faces()).ok_or_else(too_many_faces)
-    }
-
-    /// The boundary faces that rays look for: none where nothing inside shows.
-    fn faces(&self) -> &[[Vec3; 3]] {
-        let model = self.style.appearance.optical_model;
-        let is_by_depth = !matches!(
-            model,
-            OpticalModel::MaximumIntensity | OpticalModel::Isosurfaces
-        );
-        match is_by_depth && self.style.deepest == 0.0 {
-            true => &[],
-            false => &self.mesh.faces,
-        }
+        Tiles::new(view, rays, &self.mesh.faces).ok_or_else(too_many_faces)
     }
 
     /// Where rays cross the boundary; layers are peeled here.
@@ -349,7 +343,7 @@ impl Single {
     /// The same with trees in place of lists.
     fn trees(&self, view: &View, rays: &Rays, found: Found) -> Result<Found, Error> {
         let grown = |lists: Tiles| {
-            let trees = lists.trees(view, rays, self.faces());
+            let trees = lists.trees(view, rays, &self.mesh.faces);
             trees.ok_or_else(too_many_faces)
         };
         Ok(match found {
@@ -445,6 +439,13 @@ impl Single {
         let gpu = &self.gpu;
         let model = self.style.appearance.optical_model;
         let normalization = &self.mesh.normalization;
+        if self.style.is_transparent() {
+            let mut stats = FrameStats::default();
+            stats.bytes_resident = self.bytes_resident();
+            stats.passes = canvas.put_nothing(commands.encoder(), view, target)?;
+            Counters::default().count(&mut stats);
+            return Ok(Recorded::new(stats));
+        }
         let sums = canvas.sums(view, self.sums_kind())?;
         let rays = Rays::new(view, normalization);
         // Surfaces are hidden when they are put among the geometry.

@@ -249,22 +249,11 @@ impl Slicing {
     fn record_boxes(
         &self,
         commands: &mut Commands,
-        view: &View,
         sums: &Sums,
         depth: Option<&SceneDepth>,
+        mut plan: Plan,
     ) -> Result<Recorded, Error> {
         let (gpu, scene) = (self.canvas.gpu(), &self.scene);
-        let (plan, box_count) = self.plan(view, commands, depth)?;
-        let Some(mut plan) = plan else {
-            // Nothing in front of the eye, or nothing that shows.
-            slice::clear(commands.encoder(), sums);
-            let mut stats = self.stats();
-            stats.count(BRICKS_DRAWN, 0);
-            stats.count(BRICKS_SKIPPED, box_count);
-            stats.count(VERTICES, 0);
-            stats.count(FRAGMENTS, 0);
-            return Ok(Recorded::new(stats));
-        };
         let boxes = &scene.volume.boxes;
         let ends = scene.voxels.batches(boxes, plan.level, &plan.boxes);
         let counter = FragmentCounter::new(gpu, ends.len())?;
@@ -497,6 +486,16 @@ impl Slicing {
             .unwrap_or(least)
     }
 
+    /// Statistics where nothing is in front of the eye, or nothing shows, of `box_count` boxes.
+    fn no_boxes(&self, box_count: u64) -> FrameStats {
+        let mut stats = self.stats();
+        stats.count(BRICKS_SKIPPED, box_count);
+        for counter in [BRICKS_DRAWN, VERTICES, FRAGMENTS] {
+            stats.count(counter, 0);
+        }
+        stats
+    }
+
     fn stats(&self) -> FrameStats {
         let scene = &self.scene;
         let mut stats = FrameStats::default();
@@ -607,6 +606,14 @@ impl Draw for Slicing {
         }
         let model = self.scene.appearance.optical_model;
         let is_surface = model == OpticalModel::Isosurfaces;
+        // Surfaces are hidden when they are put among the geometry.
+        let depth = target.depth.as_ref().filter(|_| !is_surface);
+        let (plan, box_count) = self.plan(view, commands, depth)?;
+        if plan.is_none() && !is_surface {
+            let mut stats = self.no_boxes(box_count);
+            stats.passes = self.canvas.put_nothing(commands.encoder(), view, target)?;
+            return Ok(Recorded::new(stats));
+        }
         let sums = self.canvas.sums(
             view,
             SumsKind {
@@ -615,9 +622,13 @@ impl Draw for Slicing {
                 distances: is_surface,
             },
         )?;
-        // Surfaces are hidden when they are put among the geometry.
-        let depth = target.depth.as_ref().filter(|_| !is_surface);
-        let mut recorded = self.record_boxes(commands, view, &sums, depth)?;
+        let mut recorded = match plan {
+            Some(plan) => self.record_boxes(commands, &sums, depth, plan)?,
+            None => {
+                slice::clear(commands.encoder(), &sums);
+                Recorded::new(self.no_boxes(box_count))
+            }
+        };
         let normalization = &self.scene.volume.normalization;
         let encoder = commands.encoder();
         self.canvas

@@ -98,6 +98,16 @@ impl PingPong {
                 reason: "the CPU reads between passes whether rays are left".into(),
             });
         }
+        let all = tiles(self.options.tiles, (view.width, view.height));
+        if self.style.is_transparent {
+            let mut stats = FrameStats::default();
+            stats.bytes_resident = self.bytes_resident();
+            stats.passes = canvas.put_nothing(commands.encoder(), view, target)?;
+            stats.count(TILES_DRAWN, 0);
+            stats.count(TILES_SKIPPED, all.len() as u64);
+            stats.count(LOST_RAYS, 0);
+            return Ok(Recorded::new(stats));
+        }
         commands.submit()?;
         let eye = self.mesh.normalization.point(view.camera.position);
         let inside = match (view.camera.projection, self.options.crossings) {
@@ -109,7 +119,6 @@ impl PingPong {
         let mut drawing = Drawing::new(self, view, inside)?;
         drawing.clear()?;
         let one_layer = self.mesh.source.boundary_statistics().convex;
-        let all = tiles(self.options.tiles, drawing.size);
         let mut seen = [false; TILES];
         for layer in 0.. {
             let active = drawing.enter(layer, inside.is_some(), &all)?;

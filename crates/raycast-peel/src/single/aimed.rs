@@ -264,7 +264,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
     let storage = BufferUsages::STORAGE;
     let uniform = BufferUsages::UNIFORM;
     let march = gpu
-        .upload("aim", &[single.march(&view, &rays)], uniform)
+        .upload("aim", &[single.march(&view, &rays)], storage)
         .expect("small");
     let lists = gpu.upload("aim", &lists, storage).expect("small");
     let look = gpu.upload("aim", &[look], uniform).expect("small");

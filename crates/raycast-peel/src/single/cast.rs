@@ -79,7 +79,7 @@ impl<'a> Cast<'a> {
                 (lists.as_ref(), layers.view())
             }
         };
-        let uniform = gpu.upload("raycast-peel::march", &[march], BufferUsages::UNIFORM)?;
+        let uniform = gpu.upload("raycast-peel::march", &[march], BufferUsages::STORAGE)?;
         let storage = BufferUsages::STORAGE;
         let lists = lists.map_or(&[][..], |tiles| &tiles.lists);
         let faces = gpu.upload("raycast-peel::tile_faces", lists, storage)?;
