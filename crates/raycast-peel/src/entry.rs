@@ -9,7 +9,6 @@ use crate::NAME;
 use crate::options::{
     Crossings, Entries, INTEGRATIONS, Integration, Locality, MAX_TILES, Passes, RaycastOptions,
 };
-use crate::renderer::tetrahedra;
 
 /// This algorithm's entry.
 pub const ENTRY: Entry = Entry {
@@ -110,6 +109,18 @@ impl RaycastOptions {
             peel_bias: 1.0 / (1 << 19) as f32,
             domain: None,
         }
+    }
+}
+
+/// The mesh of `volume`.
+pub(crate) fn tetrahedra(volume: &Volume) -> Result<&TetMesh, Error> {
+    match volume {
+        Volume::Mesh(mesh) => Ok(mesh),
+        _ => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "regular grids".into(),
+            reason: "it walks from tetrahedron to tetrahedron".into(),
+        }),
     }
 }
 

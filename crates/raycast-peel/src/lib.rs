@@ -30,6 +30,9 @@
 //! `planes.wgsl`, or, by default, [`Crossings::Sides`] with the decisions of `walk.wgsl`, in
 //! `sides.wgsl` and `entry_sides.wgsl`.
 //!
+//! In both forms `mesh.rs` has what `reload` changes, `style.rs` what `restyle` changes, and
+//! `frame.rs` what a frame records.
+//!
 //! # Departures from the paper
 //! In [`Passes::Single`]:
 //! - A ray is followed to its end in one dispatch; the paper takes a pass a step,
@@ -185,6 +188,7 @@
 pub mod counters;
 mod entry;
 mod gpu_data;
+mod integral;
 mod options;
 mod ping_pong;
 mod renderer;

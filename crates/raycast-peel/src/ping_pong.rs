@@ -11,22 +11,18 @@ mod gpu_data;
 mod mesh;
 mod orientation;
 mod passes;
+mod style;
 mod tiles;
 
-use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, Volume};
-use tetrascope_f32::{ANY_SCALAR, Domain, ScalarMap, deepest, is_transparent};
+use tetrascope_f32::{Domain, ScalarMap};
 use tetrascope_gpu::Gpu;
-use tetrascope_gpu::passes::{deep, model_constant};
-use tetrascope_gpu::preintegration::Table;
-use tetrascope_gpu::transfer_function::knot_pairs;
-use tetrascope_gpu::wgpu::{self, BufferUsages};
 
-use crate::options::{Crossings, RaycastOptions};
-use crate::renderer::tetrahedra;
-use crate::single::{Segments, table};
+use crate::entry::tetrahedra;
+use crate::options::RaycastOptions;
 use mesh::Mesh;
-use passes::{Passes, StyledPasses};
+use passes::Passes;
+use style::Style;
 
 /// Intervals of the transfer function in which one step integrates: their loop takes
 /// three passes each, of at most 65 535 that llvmpipe allows (`single/budget.rs`).
@@ -55,65 +51,6 @@ pub(crate) struct PingPong {
     passes: Passes,
     mesh: Mesh,
     style: Style,
-}
-
-/// What `restyle` changes.
-#[derive(Debug)]
-struct Style {
-    appearance: Appearance,
-    /// Whether nothing of the mesh shows.
-    is_transparent: bool,
-    passes: StyledPasses,
-    intervals: wgpu::Buffer,
-    table: Table,
-}
-
-impl Style {
-    fn new(
-        gpu: &Gpu,
-        passes: &Passes,
-        mesh: &Mesh,
-        appearance: &Appearance,
-        options: &RaycastOptions,
-        last: Option<&Table>,
-    ) -> Result<Style, Error> {
-        let intervals = knot_pairs(
-            &appearance.transfer_function,
-            &mesh.scalar_map,
-            &mesh.normalization,
-        )?;
-        let per_cell = mesh.source.scalars().association == Association::Cell;
-        let model = model_constant(appearance.optical_model);
-        let segments = Segments {
-            mesh: &mesh.source,
-            scale: mesh.normalization.scale,
-            intervals: &intervals,
-            longest: mesh.longest_edge,
-            scalars: mesh.scalar_map.range(mesh.domain.scalar_range),
-        };
-        let table = table(gpu, appearance, &segments, options, last)?;
-        // Planes continue a cell's gradient.
-        let scalars = match options.crossings {
-            Crossings::Planes => ANY_SCALAR,
-            Crossings::Sides => segments.scalars,
-        };
-        let deepest = deepest(&intervals, scalars, mesh.longest_edge);
-        let mut constants = vec![
-            model,
-            deep(deepest),
-            ("SCALARS_PER_CELL", f64::from(u8::from(per_cell))),
-            ("JUMPS", f64::from(u8::from(!mesh.source.is_continuous()))),
-        ];
-        constants.extend(table.constants(segments.scalars));
-        constants.extend(passes.constants());
-        Ok(Style {
-            appearance: appearance.clone(),
-            is_transparent: is_transparent(appearance.optical_model, deepest),
-            passes: passes.styled(gpu, &constants)?,
-            table,
-            intervals: gpu.upload("ping-pong::intervals", &intervals, BufferUsages::STORAGE)?,
-        })
-    }
 }
 
 impl PingPong {

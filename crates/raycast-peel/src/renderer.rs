@@ -3,7 +3,6 @@
 use tetrascope_core::{Appearance, Error, Frame, TetMesh, View, Volume, VolumeRenderer};
 use tetrascope_gpu::{Canvas, Commands, Draw, Gpu, Recorded, Target, draw};
 
-use crate::NAME;
 use crate::entry::check;
 use crate::options::{Passes, RaycastOptions};
 use crate::ping_pong::PingPong;
@@ -129,17 +128,5 @@ impl Draw for RaycastPeel {
             Form::Single(single) => single.record(&self.canvas, commands, view, target),
             Form::PingPong(ping_pong) => ping_pong.record(&self.canvas, commands, view, target),
         }
-    }
-}
-
-/// The mesh of `volume`.
-pub(crate) fn tetrahedra(volume: &Volume) -> Result<&TetMesh, Error> {
-    match volume {
-        Volume::Mesh(mesh) => Ok(mesh),
-        _ => Err(Error::Unsupported {
-            renderer: NAME,
-            what: "regular grids".into(),
-            reason: "it walks from tetrahedron to tetrahedron".into(),
-        }),
     }
 }

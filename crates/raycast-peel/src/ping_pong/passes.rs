@@ -14,8 +14,8 @@ use tetrascope_shaders::ping_pong::{ENTRY, ENTRY_SIDES, RETIRE, STEP, STEP_SIDES
 use super::mesh::{Boundary, BoundaryCorner, BoundaryFace};
 use super::tiles::Tile;
 use crate::gpu_data::RECTANGLES;
+use crate::integral::sides_constant;
 use crate::options::{Crossings, RaycastOptions};
-use crate::single::sides_constant;
 
 /// Of traversal state, layers and the image.
 pub(super) const TEXELS: TextureFormat = TextureFormat::Rgba32Float;

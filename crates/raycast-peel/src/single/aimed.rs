@@ -5,15 +5,16 @@
 //! along an axis: cubes of six tetrahedra, exact or jittered, near and far from the
 //! origin, and in layers so thin that jitter turns cells inside out.
 
-use tetrascope_core::{Knot, TransferFunction, VolumeRenderer as _};
+use tetrascope_core::glam::{DAffine3, DVec3, Vec3};
+use tetrascope_core::{Knot, OpticalModel, TransferFunction, View, VolumeRenderer as _};
+use tetrascope_f32::Rays;
 use tetrascope_f32::look::look;
-
-use tetrascope_gpu::ComputeProgram;
+use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::BufferUsages;
+use tetrascope_gpu::{ComputeProgram, read_back};
 use tetrascope_testing as testing;
 
-use tetrascope_core::glam::{DAffine3, Vec3};
-
+use super::style::constants;
 use super::*;
 use crate::RaycastPeel;
 use crate::counters::LOST_RAYS;

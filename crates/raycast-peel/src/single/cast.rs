@@ -8,7 +8,8 @@ use tetrascope_f32::tiles::TILE;
 use tetrascope_gpu::Sums;
 use tetrascope_gpu::wgpu::{self, BindGroup, BindingResource, BufferUsages, CommandEncoder};
 
-use super::{Found, LABEL, Single, layers, view_of};
+use super::frame::Found;
+use super::{LABEL, Single, layers, view_of};
 use crate::gpu_data::{Counters, Progress, State};
 
 /// Rays whose states are on the device at a time, unless one row of tiles has more: 31 MB.

@@ -1,17 +1,17 @@
 //! Frames of many small dispatches against those of one: the same bits.
 
-use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{
-    Camera, CameraFit, ClipPlane, DepthCue, Frame, Isosurface, Knot, Projection, Scalars,
-    TransferFunction, VolumeRenderer as _,
+    Appearance, Camera, CameraFit, ClipPlane, DepthCue, Frame, Isosurface, Knot, Projection,
+    Scalars, TetMesh, TransferFunction, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Draw as _;
 use tetrascope_testing as testing;
 
+use super::super::{budget::Budget, view_of};
 use super::*;
 use crate::RaycastPeel;
-use crate::counters::{CELL_VISITS, LOST_RAYS, PATHS, UNPAIRED_FACES};
+use crate::{Entries, Integration, RaycastOptions};
 
 /// A dispatch looks at forty boundary faces and takes each ray through up to eight cells.
 const TINY: Budget = Budget {
