@@ -1,6 +1,6 @@
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::{Region, Samples as Values};
-use tetrascope_core::{Grid, Isosurface, Knot, TransferFunction};
+use tetrascope_core::{Grid, Isosurface, Knot, OpticalModel, TransferFunction};
 use tetrascope_f32::Domain;
 use tetrascope_testing as testing;
 
@@ -37,7 +37,7 @@ fn parts_with_the_domain_of_the_whole_have_its_numbers() {
         let volume = Volume::Grid(grid.clone());
         Slicing::new(&gpu, &volume, &appearance, &options).expect("it fits")
     };
-    let whole = made(&grid, None).scene;
+    let whole = made(&grid, None).style;
     let domain = Domain {
         bounds: grid.bounds(),
         scalar_range: grid.scalar_range(),
@@ -52,10 +52,10 @@ fn parts_with_the_domain_of_the_whole_have_its_numbers() {
         let at = origin + spacing * DVec3::new(x as f64, y as f64, 0.0);
         let part = Grid::new(region.size, at, spacing, DMat3::IDENTITY, samples);
         let part = part.expect("valid");
-        let drawn = made(&part, Some(domain)).scene;
+        let drawn = made(&part, Some(domain)).style;
         assert_eq!(drawn.volume.normalization, whole.volume.normalization);
         assert_eq!(drawn.map, whole.map);
-        let alone = made(&part, None).scene;
+        let alone = made(&part, None).style;
         assert_ne!(alone.volume.normalization, whole.volume.normalization);
     }
 }

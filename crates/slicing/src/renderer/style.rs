@@ -1,4 +1,4 @@
-//! What lasts between frames, made of a volume and an appearance.
+//! What `restyle` changes: an appearance, and what a volume needs to be drawn with it.
 
 use std::sync::Arc;
 
@@ -6,22 +6,40 @@ use tetrascope_core::appearance::ClipPlane;
 use tetrascope_core::glam::Vec4;
 use tetrascope_core::grid::{Lattice, SampleType};
 use tetrascope_core::{Appearance, Error};
-use tetrascope_f32::{ANY_SCALAR, deepest};
+use tetrascope_f32::{ANY_SCALAR, ScalarMap, deepest};
 use tetrascope_gpu::Gpu;
 use tetrascope_gpu::device_grid::Texels::Covered;
 use tetrascope_gpu::transfer_function::knot_pairs;
-use tetrascope_gpu::wgpu::BufferUsages;
+use tetrascope_gpu::wgpu::{self, BufferUsages};
 
-use super::Scene;
 use crate::cull::CullData;
 use crate::frame::longest_slab;
+use crate::octree::Visibility;
 use crate::options::{SlicingOptions, Traversal};
 use crate::samples::Samples;
-use crate::slice::{Look, SlicePass};
+use crate::slice::{Look, SliceData, SlicePass};
 use crate::texels::{Scale, Texels};
 use crate::voxels::Voxels;
 
-/// What a [`Scene`] is made with.
+/// All that `reload` and `restyle` replace, at once or not at all.
+#[derive(Debug)]
+pub(super) struct Style {
+    pub(super) appearance: Appearance,
+    pub(super) volume: Arc<Samples>,
+    pub(super) map: ScalarMap,
+    pub(super) scale: Scale,
+    /// Which boxes can show; `None` where only the device knows.
+    pub(super) visibility: Option<Visibility>,
+    pub(super) voxels: Arc<Voxels>,
+    /// Where the GPU traverses and all that can show is on it.
+    pub(super) cull: Option<CullData>,
+    pub(super) intervals: wgpu::Buffer,
+    /// Clip planes, normal · p + w ≥ 0 in lattice space.
+    pub(super) kept: Vec<Vec4>,
+    pub(super) slice: SliceData,
+}
+
+/// What a [`Style`] is made with.
 pub(super) struct Parts<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) options: &'a SlicingOptions,
@@ -29,14 +47,14 @@ pub(super) struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// What is drawn of `volume`; `before` is a scene of the same volume, whose samples on
+    /// What is drawn of `volume`; `before` is one of the same volume, whose samples on
     /// the device may serve again.
-    pub(super) fn scene(
+    pub(super) fn style(
         &self,
         appearance: &Appearance,
         volume: Arc<Samples>,
-        before: Option<&Scene>,
-    ) -> Result<Scene, Error> {
+        before: Option<&Style>,
+    ) -> Result<Style, Error> {
         let (gpu, options) = (self.gpu, self.options);
         let tf = &appearance.transfer_function;
         let range = volume.domain.scalar_range;
@@ -59,7 +77,7 @@ impl Parts<'_> {
                 let texels = Texels::of(gpu, sample_type, options.filtering);
                 let (scale, mut map) = Scale::of(texels, sample_type, appearance, range);
                 let floats = sample_type == SampleType::F32;
-                let serves = |s: &&Scene| {
+                let serves = |s: &&Style| {
                     let suits = !floats || s.map.suits_appearance(appearance, range);
                     suits && s.voxels.least_level() == 0
                 };
@@ -99,7 +117,7 @@ impl Parts<'_> {
             nearest: volume.fills_cells,
         };
         let slice = self.pass.data(gpu, &voxels, &look, options)?;
-        Ok(Scene {
+        Ok(Style {
             scale,
             appearance: appearance.clone(),
             kept: clip_planes(&appearance.clip_planes, &volume.lattice),
