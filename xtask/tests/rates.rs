@@ -295,6 +295,41 @@ fn what_begins_to_show_is_drawn() {
     failures.finish();
 }
 
+/// A frame in which nothing can show is its background, in one pass that draws nothing.
+#[test]
+fn a_frame_of_nothing_is_left_out() {
+    let mut failures = Failures::default();
+    let test = "a_frame_of_nothing_is_left_out";
+    for_each(test, |_, case, model, [volume, ..]| {
+        if model == OpticalModel::Isosurfaces {
+            return; // Transparent surfaces do not exist.
+        }
+        let view = View {
+            background: [0.2, 0.7, 0.1, 0.6],
+            ..case.view
+        };
+        let background = view.premultiplied_background().map(|c| c as f32);
+        for model in OpticalModel::ALL {
+            let by_depth = !matches!(
+                model,
+                OpticalModel::Isosurfaces | OpticalModel::MaximumIntensity
+            );
+            let clear = look(volume, model, 3, 0.0);
+            if !by_depth || !case.draws(volume, &clear) {
+                continue;
+            }
+            let frame = case.build(volume, &clear).render(&view).expect("a frame");
+            let is_background = frame.pixels.iter().all(|pixel| *pixel == background);
+            if !is_background || frame.stats.passes != 1 {
+                let (name, settings) = (case.algorithm.name, &case.settings);
+                let (passes, model) = (frame.stats.passes, model.name());
+                failures.push(format!("{name} {settings}, {model}: {passes} passes"));
+            }
+        }
+    });
+    failures.finish();
+}
+
 /// The same function of scalars that are greater by `offset`.
 fn moved(look: &Appearance, offset: f64) -> Appearance {
     let knots = look.transfer_function.knots().iter().map(|knot| Knot {
