@@ -58,6 +58,7 @@ fn follow(path: ptr<function, Path>, shear: Shear, line: Line, ray: ptr<function
     var p = *path;
     var rest = p.rest;
     var ended = ON_WAY;
+    let stop_depth = march.stop_depth;
     for (var n = 0u; n < most || rest.on_step; n += 1u) {
         if !rest.is_left {
             let at = texel(p.cell);
@@ -115,7 +116,7 @@ fn follow(path: ptr<function, Path>, shear: Shear, line: Line, ray: ptr<function
         }
         if !rest.is_left {
             // Before the boundary is looked at: in a path's last cell, too, a ray may be done.
-            if (*ray).depth > march.stop_depth {
+            if (*ray).depth > stop_depth {
                 ended = STOPPED;
                 break;
             }

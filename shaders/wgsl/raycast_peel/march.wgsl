@@ -23,6 +23,9 @@ struct Counters {
     rays_left: atomic<u32>,      // rays that are not done
 }
 
+// No uniform: for a large program whose control flow depends on one, lavapipe (Mesa 22.3) compiles
+// another for each dispatch. That took 13 of 15 ms of a frame of 64x64 in which nothing shows.
+@group(0) @binding(0) var<storage, read> march: March;
 @group(0) @binding(1) var image: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(2) var<storage, read_write> counters: Counters;
 // Of isosurfaces: from where rays start, normalized units.

@@ -7,6 +7,7 @@
 // Out:  the face and its depth.
 // With: raycast_peel/rays.wgsl, raycast_peel/boundary.wgsl and what it needs
 
+@group(0) @binding(0) var<uniform> march: March;
 @group(2) @binding(0) var before: texture_2d<u32>;
 @group(2) @binding(1) var before_depths: texture_depth_2d; // greatest where nothing is before
 

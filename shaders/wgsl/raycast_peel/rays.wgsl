@@ -1,4 +1,6 @@
 // Rays: the rays of a frame, one a pixel.
+//
+// With: `march`, a March in a binding.
 
 struct March {
     anchor: vec4f,     // anchor of pixel (0, 0)'s center, relative to the mesh's center; w unused
@@ -15,10 +17,6 @@ struct March {
     layers: u32,       // of the boundary that were peeled
     listed_from: u32,  // a ray in this many layers may be in more, and searches lists
 }
-
-// No uniform: for a large program whose control flow depends on one, lavapipe (Mesa 22.3) compiles
-// another for each dispatch. That took 13 of 15 ms of an empty frame of 64x64.
-@group(0) @binding(0) var<storage, read> march: March;
 
 // x = anchor + t direction, a unit vector.
 struct Ray {

@@ -150,7 +150,7 @@ impl Peeling {
             &rectangles,
             BufferUsages::VERTEX,
         )?;
-        let march = gpu.upload("raycast-peel::march", &[*march], BufferUsages::STORAGE)?;
+        let march = gpu.upload("raycast-peel::march", &[*march], BufferUsages::UNIFORM)?;
         let [vertices, .., boundary] = mesh.textures().map(|t| t.create_view(&Default::default()));
         let usage = BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC;
         let answer = gpu.buffer("raycast-peel::answer", 8, usage)?;
