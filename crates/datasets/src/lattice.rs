@@ -121,11 +121,36 @@ impl Lattice {
         self.tetrahedra_where(split, |_| true)
     }
 
+    /// The tetrahedra of all cubes, six each, around one of their four diagonals: that from
+    /// corner `diagonal`, 0 to 3, to the corner opposite.
+    pub(crate) fn tetrahedra_along(&self, diagonal: u64) -> Vec<[u32; 4]> {
+        // Kuhn's six, mirrored; one mirror turns them inside out.
+        let mirrors = (diagonal & 3) as u8;
+        let pattern = Split::Six.pattern(false).iter().map(|tet| {
+            let [a, b, c, d] = tet.map(|corner| corner ^ mirrors);
+            match mirrors.count_ones() % 2 {
+                0 => [a, b, c, d],
+                _ => [a, c, b, d],
+            }
+        });
+        let pattern: Vec<[u8; 4]> = pattern.collect();
+        self.cut(|_| true, |_| &pattern)
+    }
+
     /// The tetrahedra of the cubes (i, j, k) that `keep` keeps.
     pub(crate) fn tetrahedra_where(
         &self,
         split: Split,
         keep: impl Fn([usize; 3]) -> bool,
+    ) -> Vec<[u32; 4]> {
+        self.cut(keep, |odd| split.pattern(odd))
+    }
+
+    /// Cuts the cubes that are kept by a pattern, which may be another for every second cube.
+    fn cut<'a>(
+        &self,
+        keep: impl Fn([usize; 3]) -> bool,
+        pattern: impl Fn(bool) -> &'a [[u8; 4]],
     ) -> Vec<[u32; 4]> {
         let [nx, ny, nz] = self.cubes();
         let strides = self.strides();
@@ -138,7 +163,7 @@ impl Lattice {
                         let c = c as usize;
                         (first + (c & 1) + (c >> 1 & 1) * strides[1] + (c >> 2) * strides[2]) as u32
                     };
-                    let pattern = split.pattern((i + j + k) % 2 == 1);
+                    let pattern = pattern((i + j + k) % 2 == 1);
                     tetrahedra.extend(pattern.iter().map(|tet| tet.map(corner)));
                 }
             }

@@ -14,7 +14,8 @@
 //! ```
 //!
 //! Reading order: `lattice` cuts boxes into tetrahedra that agree across faces;
-//! then one module per data set. [`angiography`] makes a regular grid.
+//! then one module per data set. [`angiography`] makes a regular grid, and [`wave`] a mesh for
+//! each step of time.
 
 mod lattice;
 mod random;
@@ -27,11 +28,13 @@ mod orbital;
 mod sphere;
 mod staircase;
 mod torus;
+mod wave;
 
 #[cfg(test)]
 mod checks;
 
 pub use angiography::{ANGIOGRAPHY_RANGE, angiography};
+pub use wave::{WAVE_STEPS, wave};
 
 use tetrascope_core::{CameraFit, Error, Knot, TetMesh};
 
