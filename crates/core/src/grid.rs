@@ -2,6 +2,7 @@
 
 pub mod coverage;
 mod lattice;
+mod placing;
 mod raw;
 mod source;
 
