@@ -182,24 +182,50 @@ fn sort_attributes(file: &mut [u8]) {
 /// [`Error::Invalid`] for a frame without texels.
 pub fn encode_npy(frame: &Frame) -> Result<Vec<u8>, Error> {
     check(frame)?;
-    let dictionary = format!(
-        "{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}, 4), }}",
-        frame.height, frame.width
-    );
+    let shape = format!("({}, {}, 4)", frame.height, frame.width);
+    Ok(npy(&shape, frame.pixels.iter().flatten()))
+}
+
+/// Writes numbers, rows of `width`, as a NumPy file of shape (height, width), as
+/// [`write_image`] does; NaN is where there is none.
+///
+/// # Errors
+/// [`Error::Io`] when a file cannot be written, [`Error::Invalid`] for no rows, or some that are
+/// not full.
+pub fn write_npy(
+    path: &Path,
+    width: usize,
+    numbers: &[f32],
+    metadata: &[(String, String)],
+) -> Result<(), Error> {
+    if numbers.is_empty() || width == 0 || !numbers.len().is_multiple_of(width) {
+        return Err(Error::invalid(format!(
+            "{} numbers in rows of {width} cannot be written",
+            numbers.len()
+        )));
+    }
+    let shape = format!("({}, {width})", numbers.len() / width);
+    write_files(&[
+        (path, &npy(&shape, numbers.iter())),
+        (&sidecar(path), &encode_sidecar(metadata)),
+    ])
+}
+
+/// A NumPy file, format 1.0.
+fn npy<'a>(shape: &str, numbers: impl Iterator<Item = &'a f32>) -> Vec<u8> {
+    let dictionary = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}");
     // Magic, version, a 16-bit length, the dictionary, spaces and a newline:
     // in all a multiple of 64 bytes (NumPy Enhancement Proposal 1).
     let unpadded = 10 + dictionary.len() + 1;
     let header = unpadded.next_multiple_of(64);
-    let mut file = Vec::with_capacity(header + 16 * frame.pixels.len());
+    let mut file = Vec::with_capacity(header + 4 * numbers.size_hint().0);
     file.extend_from_slice(b"\x93NUMPY\x01\x00");
     file.extend_from_slice(&((header - 10) as u16).to_le_bytes());
     file.extend_from_slice(dictionary.as_bytes());
     file.resize(header - 1, b' ');
     file.push(b'\n');
-    for value in frame.pixels.iter().flatten() {
-        file.extend_from_slice(&value.to_le_bytes());
-    }
-    Ok(file)
+    numbers.for_each(|number| file.extend_from_slice(&number.to_le_bytes()));
+    file
 }
 
 /// The metadata as a JSON object of texts.

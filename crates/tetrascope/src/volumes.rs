@@ -105,6 +105,98 @@ pub fn examine(source: &VolumeSource) -> Result<Contents, Error> {
     Ok(Contents::Drawable(loaded?))
 }
 
+/// A mesh with several of its fields.
+#[derive(Clone, Debug)]
+pub struct LoadedFields {
+    /// The mesh, with the first of the fields.
+    pub mesh: TetMesh,
+    /// The fields, under names that differ.
+    pub fields: Vec<Scalars>,
+    /// What was found out, repaired or left out, one sentence each.
+    pub notes: Vec<String>,
+    /// The files that were read.
+    pub files: Vec<PathBuf>,
+}
+
+/// Reads or makes the mesh that `source` names, with the fields of these names, each found as
+/// [`load`] finds one; with all fields for `None`, and the one that [`load`] takes for no names.
+///
+/// Where two fields have one name, that of the cells is followed by " (cell)".
+///
+/// # Errors
+/// As [`load`]; [`Error::Unsupported`] for a regular grid.
+pub fn load_fields(source: &VolumeSource, names: Option<&[String]>) -> Result<LoadedFields, Error> {
+    let mut data = match open(source)? {
+        Opened::Mesh(data) => data,
+        Opened::Dataset(name) => {
+            let fields = names.unwrap_or_default();
+            for field in fields {
+                let field = Some(field.clone());
+                from_dataset(
+                    name,
+                    &VolumeSource {
+                        field,
+                        ..source.clone()
+                    },
+                )?;
+            }
+            let Volume::Mesh(mesh) = from_dataset(name, source)?.volume else {
+                unreachable!("data sets are meshes");
+            };
+            return Ok(LoadedFields {
+                fields: vec![mesh.scalars().clone()],
+                notes: mesh.report().notes(),
+                mesh,
+                files: Vec::new(),
+            });
+        }
+        Opened::Grid(_) => {
+            return Err(Error::Unsupported {
+                renderer: "resample",
+                what: "a regular grid".into(),
+                reason: "it takes samples of meshes".into(),
+            });
+        }
+    };
+    let mut notes = std::mem::take(&mut data.notes);
+    let files = std::mem::take(&mut data.files);
+    let mut chosen = Vec::new();
+    match names {
+        // Of a mesh without any, `choose` says so.
+        None if !data.fields.is_empty() => chosen.extend(0..data.fields.len()),
+        None | Some([]) => {
+            let (index, note) = data.choose(source.field.as_deref())?;
+            notes.extend(note);
+            chosen.push(index);
+        }
+        Some(names) => {
+            for name in names {
+                let (index, note) = data.choose(Some(name))?;
+                if !chosen.contains(&index) {
+                    notes.extend(note);
+                    chosen.push(index);
+                }
+            }
+        }
+    }
+    let mut fields: Vec<Scalars> = Vec::with_capacity(chosen.len());
+    for index in chosen {
+        let mut field = data.scalars(index)?;
+        while fields.iter().any(|other| other.name == field.name) {
+            field.name += &format!(" ({})", association(field.association));
+        }
+        fields.push(field);
+    }
+    let mesh = TetMesh::new(data.points, &data.cells, fields[0].clone())?;
+    notes.extend(mesh.report().notes());
+    Ok(LoadedFields {
+        mesh,
+        fields,
+        notes,
+        files,
+    })
+}
+
 /// Refuses a source that names no volume, or two, and options that do not go with it;
 /// nothing is read.
 ///

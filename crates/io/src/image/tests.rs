@@ -242,3 +242,28 @@ fn the_same_picture_is_the_same_exr_file() {
         assert!(encode_exr(&sample(), &many).expect("it is a frame") == first);
     }
 }
+
+#[test]
+fn numbers_are_an_array_of_rows() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("slice.npy");
+    let numbers = [1.0, 2.5, f32::NAN, -1.0, 0.0, 7.0];
+    write_npy(&path, 3, &numbers, &[("field".into(), "heat".into())]).expect("written");
+    let bytes = std::fs::read(&path).expect("there");
+    let header = String::from_utf8_lossy(&bytes[10..bytes.len() - 24]).into_owned();
+    assert!(
+        header.contains("'shape': (2, 3)") && header.ends_with('\n'),
+        "{header}"
+    );
+    assert_eq!((bytes.len() - 24) % 64, 0);
+    let read = bytes[bytes.len() - 24..].chunks(4);
+    let read: Vec<u32> = read
+        .map(|b| u32::from_le_bytes(b.try_into().expect("four")))
+        .collect();
+    assert_eq!(read, numbers.map(f32::to_bits));
+    let beside = std::fs::read_to_string(folder.path().join("slice.npy.json")).expect("there");
+    assert!(beside.contains("heat"), "{beside}");
+    for (width, count) in [(0, 6), (4, 6), (3, 0)] {
+        write_npy(&path, width, &numbers[..count], &[]).expect_err("no full rows");
+    }
+}
