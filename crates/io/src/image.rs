@@ -15,7 +15,7 @@ use tetrascope_core::colormap::linear_to_srgb;
 use tetrascope_core::{Error, Frame};
 
 pub use crate::whole_file::write_file;
-use crate::whole_file::{cannot_write, temporary_file, write_files};
+use crate::whole_file::{check_writable, write_files};
 
 /// Writes `frame` in the format that the extension names: `.png`, `.exr` or `.npy`.
 ///
@@ -55,14 +55,7 @@ pub fn check_path(path: &Path) -> Result<(), Error> {
     if extension == "npy" {
         paths.push(&beside);
     }
-    for path in paths {
-        let writable = match path.is_dir() {
-            true => Err(std::io::ErrorKind::IsADirectory.into()),
-            false => temporary_file(path).map(drop),
-        };
-        writable.map_err(cannot_write(path))?;
-    }
-    Ok(())
+    paths.into_iter().try_for_each(check_writable)
 }
 
 /// The extensions of the formats that are written.
@@ -247,7 +240,7 @@ fn sidecar(path: &Path) -> PathBuf {
 }
 
 /// In lower case; empty when there is none.
-fn extension(path: &Path) -> String {
+pub(crate) fn extension(path: &Path) -> String {
     path.extension()
         .map_or(Cow::Borrowed(""), |e| e.to_string_lossy())
         .to_ascii_lowercase()

@@ -13,7 +13,8 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::{Interpolation, Lattice, SampleType, Samples};
 use tetrascope_core::{Error, Grid};
 
-use crate::whole_file::write_with;
+use crate::image::extension;
+use crate::whole_file::{check_writable, write_with};
 
 /// How a file's numbers are packed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -31,6 +32,22 @@ const BLOCK: usize = 1 << 18;
 
 /// Digits that suffice for any offset.
 const DIGITS: usize = 20;
+
+/// Refuses at once what [`write_vti`] would refuse after the work is done: another extension,
+/// a folder that does not exist or cannot be written to, and a folder in the file's place.
+///
+/// # Errors
+/// [`Error::Unknown`] for the extension, [`Error::Io`].
+pub fn check_path(path: &Path) -> Result<(), Error> {
+    match extension(path).as_str() {
+        "vti" => check_writable(path),
+        other => Err(Error::Unknown {
+            kind: "grid format",
+            name: other.into(),
+            valid: vec!["vti".into()],
+        }),
+    }
+}
 
 /// Writes named arrays of samples on one lattice as a `.vti` file; the first is the one to draw.
 ///

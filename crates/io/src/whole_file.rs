@@ -18,6 +18,16 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     write_files(&[(path, bytes)])
 }
 
+/// Refuses a name under which no file can be written: in a folder that does not exist or cannot
+/// be written to, or that of a folder.
+pub(crate) fn check_writable(path: &Path) -> Result<(), Error> {
+    let writable = match path.is_dir() {
+        true => Err(std::io::ErrorKind::IsADirectory.into()),
+        false => temporary_file(path).map(drop),
+    };
+    writable.map_err(cannot_write(path))
+}
+
 /// Writes what `write` makes of an empty file, whole or not at all; see [`write_file`].
 pub(crate) fn write_with(
     path: &Path,

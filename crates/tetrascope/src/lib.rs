@@ -44,6 +44,8 @@ pub use tetrascope_projection as projection;
 pub use tetrascope_raycast_peel as raycast_peel;
 #[cfg(feature = "reference")]
 pub use tetrascope_reference as reference;
+#[cfg(feature = "resample")]
+pub use tetrascope_resample as resample;
 pub use tetrascope_scene as scene;
 #[cfg(feature = "slicing")]
 pub use tetrascope_slicing as slicing;
@@ -53,6 +55,8 @@ mod context;
 pub mod emptiness;
 mod help;
 mod renderer;
+#[cfg(feature = "resample")]
+pub mod resampling;
 pub mod volumes;
 
 pub use algorithms::{Algorithm, algorithm, algorithms, truth};

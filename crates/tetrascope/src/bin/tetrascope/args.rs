@@ -8,8 +8,12 @@ use tetrascope::core::colormap::{Colormap, srgb_to_linear};
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::grid::{ByteOrder, Interpolation, RawNumber};
 use tetrascope::core::view::{check_background, check_size};
+#[cfg(feature = "resample")]
+use tetrascope::core::Bounds;
 use tetrascope::core::{CameraFit, ClipPlane, DepthCue, Error, OpticalModel};
 use tetrascope::help;
+#[cfg(feature = "resample")]
+use tetrascope::resampling::Dims;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -28,6 +32,8 @@ Examples:
   tetrascope render head.nii.gz --range 100,400
   tetrascope render head.raw --dims 256x256x93 --type i16 --spacing 1,1,1.5
   tetrascope render mesh.vtu --camera fit+x --colormap inferno --size 800x600
+  tetrascope resample mesh.vtu --dims 256 --all-fields -o grid.vti
+  tetrascope slice mesh.vtu --plane 0,0,0,1,1,0 -o slice.png
   tetrascope print-scene mesh.vtu > scene.toml
   tetrascope render --scene scene.toml --algorithm projection -o scene.exr";
 
@@ -67,6 +73,12 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Describe a mesh or a grid: cells, fields, bounds, problems
     Info(InfoArgs),
+    /// Take samples of a mesh on a regular grid and write them as a .vti file
+    #[cfg(feature = "resample")]
+    Resample(ResampleArgs),
+    /// Draw the section of a mesh by a plane, or write its samples
+    #[cfg(feature = "resample")]
+    Slice(SliceArgs),
     /// List the algorithms, each with its paper and its settings
     Algorithms,
     /// List the graphics adapters
@@ -150,6 +162,86 @@ pub(crate) struct InfoArgs {
     pub(crate) volume: PathBuf,
     #[command(flatten)]
     pub(crate) options: VolumeArgs,
+}
+
+/// A mesh, and which of its fields.
+#[cfg(feature = "resample")]
+#[derive(Args)]
+pub(crate) struct MeshArgs {
+    /// A file with a mesh, or a data set's name
+    #[arg(value_name = "FILE|DATASET")]
+    pub(crate) mesh: PathBuf,
+    /// The Plot3D solution of a Plot3D grid [default: found by name]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) solution: Option<PathBuf>,
+    /// About how many cells a data set should have
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) cells: Option<u64>,
+    /// The seed of a random data set
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+}
+
+#[cfg(feature = "resample")]
+#[derive(Args)]
+pub(crate) struct ResampleArgs {
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
+    /// The fields, as `info` lists them: A,B … [default: the first that varies]
+    #[arg(
+        short,
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        conflicts_with = "all_fields"
+    )]
+    pub(crate) field: Vec<String>,
+    /// Take samples of every scalar field
+    #[arg(long)]
+    pub(crate) all_fields: bool,
+    /// Samples along the longest axis, or NXxNYxNZ, or auto: about one for each point of the mesh
+    #[arg(short, long, value_name = "N|NXxNYxNZ|auto", value_parser = sample_dims, default_value = "auto")]
+    pub(crate) dims: Dims,
+    /// The box in which samples are taken, world space [default: the mesh's]
+    #[arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = region, allow_hyphen_values = true)]
+    pub(crate) region: Option<Bounds>,
+    /// What stands for samples outside of the mesh
+    #[arg(long, value_name = "VALUE", value_parser = outside, default_value = "nan", allow_hyphen_values = true)]
+    pub(crate) outside: f32,
+    /// Where to write: .vti [default: NAME.vti here]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Compress the file (zlib)
+    #[arg(long)]
+    pub(crate) compress: bool,
+}
+
+#[cfg(feature = "resample")]
+#[derive(Args)]
+pub(crate) struct SliceArgs {
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
+    /// The field, as `info` lists it [default: the first that varies]
+    #[arg(short, long, value_name = "NAME")]
+    pub(crate) field: Option<String>,
+    /// A point of the plane and its normal, from where it is seen [default: the middle, +z]
+    #[arg(long, value_name = "X,Y,Z,NX,NY,NZ", value_parser = clip_plane, allow_hyphen_values = true)]
+    pub(crate) plane: Option<ClipPlane>,
+    /// Pixels along the longer side
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value = "512")]
+    pub(crate) size: u32,
+    /// The color map of a picture
+    #[arg(long, value_name = "NAME", value_parser = colormaps(), default_value = Colormap::Viridis.name())]
+    pub(crate) colormap: Colormap,
+    /// The color map's range, in the field's units [default: the section's]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    pub(crate) range: Option<[f64; 2]>,
+    /// What is outside of the mesh in a picture
+    #[arg(long, value_name = "COLOR", value_parser = background, default_value = "transparent", allow_hyphen_values = true)]
+    pub(crate) background: [f32; 4],
+    /// Where to write: .png or .exr (a picture), .npy or .vti (numbers) [default: NAME-slice.png here]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 /// Which volume, beside its name.
@@ -236,6 +328,43 @@ fn dims(text: &str) -> Result<[usize; 3], String> {
     let dims = dims.and_then(|dims| dims.try_into().ok());
     dims.filter(|dims: &[usize; 3]| dims.iter().all(|n| *n >= 2))
         .ok_or_else(|| "give three whole numbers, 2 or more, such as 256x256x128".into())
+}
+
+#[cfg(feature = "resample")]
+fn sample_dims(text: &str) -> Result<Dims, String> {
+    if text == "auto" {
+        return Ok(Dims::Auto);
+    }
+    match text.parse() {
+        Ok(longest) if longest >= 2 => Ok(Dims::Longest(longest)),
+        _ => dims(text).map(Dims::Each).map_err(|_| {
+            "give 2 or more, such as 256, or three such numbers, 256x128x64, or auto".into()
+        }),
+    }
+}
+
+#[cfg(feature = "resample")]
+fn region(text: &str) -> Result<Bounds, String> {
+    let numbers = numbers(text).and_then(|n| <[f64; 6]>::try_from(n).ok());
+    let [x0, x1, y0, y1, z0, z1] = numbers.ok_or("give six numbers, such as 0,1,-2,2,0,0.5")?;
+    let bounds = Bounds {
+        min: DVec3::new(x0, y0, z0),
+        max: DVec3::new(x1, y1, z1),
+    };
+    match bounds.min.cmplt(bounds.max).all() {
+        true => Ok(bounds),
+        false => Err("the first number of each axis is less than its second".into()),
+    }
+}
+
+#[cfg(feature = "resample")]
+fn outside(text: &str) -> Result<f32, String> {
+    if text.eq_ignore_ascii_case("nan") {
+        return Ok(f32::NAN);
+    }
+    let number = finite(text).map(|number| number as f32).ok();
+    let number = number.filter(|number| number.is_finite());
+    number.ok_or_else(|| "give nan, or a number that a 32-bit float holds, such as -1".into())
 }
 
 fn vector(text: &str) -> Result<DVec3, String> {

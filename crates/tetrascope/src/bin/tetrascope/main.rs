@@ -10,7 +10,11 @@ mod lists;
 mod output;
 mod picture;
 mod render;
+#[cfg(feature = "resample")]
+mod resample;
 mod scene;
+#[cfg(feature = "resample")]
+mod slice;
 
 use std::io::IsTerminal as _;
 use std::process::ExitCode;
@@ -39,6 +43,10 @@ fn main() -> ExitCode {
     let done = match &cli.command {
         Command::Render(args) => render::run(args, &output),
         Command::Info(args) => info::run(args, &output),
+        #[cfg(feature = "resample")]
+        Command::Resample(args) => resample::run(args, &output),
+        #[cfg(feature = "resample")]
+        Command::Slice(args) => slice::run(args, &output),
         Command::PrintScene(args) => scene::run(args, &output),
         Command::Algorithms => lists::algorithms(&output),
         Command::Adapters => lists::adapters(&output),

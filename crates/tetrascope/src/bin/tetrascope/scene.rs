@@ -238,9 +238,16 @@ pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeS
         byte_order: args.byte_order,
         ..VolumeSource::default()
     };
-    let Some(volume) = volume else {
-        return Ok(source);
-    };
+    if let Some(volume) = volume {
+        let named = self::volume(volume)?;
+        (source.file, source.dataset) = (named.file, named.dataset);
+    }
+    Ok(source)
+}
+
+/// The file or data set that a word on the command line names.
+pub(crate) fn volume(volume: &Path) -> Result<VolumeSource, Error> {
+    let mut source = VolumeSource::default();
     let name = volume.to_string_lossy();
     let names: Vec<&str> = datasets::all().iter().map(|dataset| dataset.name).collect();
     // A name with a folder or an extension means a file, so that opening it says what
@@ -282,7 +289,7 @@ fn merge(source: &mut VolumeSource, given: VolumeSource) {
     source.byte_order = given.byte_order.or(source.byte_order);
 }
 
-fn name(source: &VolumeSource) -> String {
+pub(crate) fn name(source: &VolumeSource) -> String {
     match (&source.file, &source.dataset) {
         (Some(file), _) => file.display().to_string(),
         (None, Some(dataset)) => format!("data set {dataset}"),
