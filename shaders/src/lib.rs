@@ -164,6 +164,7 @@ pub mod preintegration {
         "common/optics.wgsl",
         "preintegration/put_color.wgsl",
         "preintegration/fill.wgsl",
+        "preintegration/fill_lengths.wgsl",
     );
     /// Fills a table of optical depth or opacity alone.
     pub const FILL_DEPTH: &str = program!(
@@ -173,6 +174,7 @@ pub mod preintegration {
         "common/optics.wgsl",
         "preintegration/put_depth.wgsl",
         "preintegration/fill.wgsl",
+        "preintegration/fill_lengths.wgsl",
     );
 }
 

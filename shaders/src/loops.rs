@@ -90,6 +90,10 @@ pub const LOOPS: &[Loop] = &[
     of("common/surfaces.wgsl", "shade", AtMost(MOST_LIGHTS as u64), "lights, MOST_LIGHTS of tetrascope-core"),
     of("common/transfer_function.wgsl", "find_interval", AtMost(32), "bisection"),
 
+    of("preintegration/fill_lengths.wgsl", "cs_fill_lengths", AtMost(16), "lengths"),
+    of("preintegration/fill_lengths.wgsl", "cs_fill_lengths", InAll(3 * MOST_INTERVALS + 8 * 56), "knots; ends where the shortest is opaque, so that all parts beyond the first of each piece are 3 times 18 and one"),
+    of("preintegration/fill_lengths.wgsl", "cs_fill_lengths", Counted, "parts of a piece, in the loop around it"),
+
     of("slicing/box_plane.wgsl", "vs_slice", AtMost(4), "edges of a path"),
     of("slicing/cull.wgsl", "cs_scan", AtMost(32), "blocks of 256 boxes of the deepest level, 2²¹, for each of 256 threads"),
     of("slicing/cull.wgsl", "cs_scan", AtMost(32), "the same"),

@@ -5,8 +5,9 @@
 //! "High-Quality Pre-Integrated Volume Rendering Using Hardware-Accelerated Pixel
 //! Shading", 2001; as Weiler, Kraus, Ertl 2002, §5.1, and Bernardon et al. 2004 use them.
 //!
-//! `preintegration/fill.wgsl` integrates every entry in closed form, in parallel, so an
-//! entry has the rounding of f32 alone; `lookup.wgsl` interpolates between them.
+//! `preintegration/fill.wgsl` and, where there are lengths, `fill_lengths.wgsl` integrate every
+//! entry in closed form, in parallel, so an entry has the rounding of f32 alone; `lookup.wgsl`
+//! interpolates between them.
 //!
 //! # The axes
 //! - *Scalars at the front and the back* go from the transfer function's first knot to its
@@ -41,7 +42,7 @@ use tetrascope_f32::{KnotPair, deepest};
 use wgpu::{BindingType, BufferUsages, TextureFormat, TextureUsages};
 
 use crate::Gpu;
-use crate::passes::{READ, UNIFORM, deep, group, model_constant};
+use crate::passes::{READ, deep, group, model_constant};
 use crate::pipelines::{ComputeProgram, Constant};
 
 /// How a ray's segment in a cell is integrated.
@@ -253,6 +254,9 @@ impl Axes {
     }
 }
 
+/// Lengths of one invocation, as in `fill_lengths.wgsl`.
+const LENGTHS: u32 = 16;
+
 /// A table on the device, or none for [`Integration::Exact`]. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Table {
@@ -396,17 +400,24 @@ impl Table {
         let intervals = gpu.upload(label, &self.intervals, BufferUsages::STORAGE)?;
         let mut encoder = gpu.device().create_command_encoder(&Default::default());
         let stage = wgpu::ShaderStages::COMPUTE;
-        let layout = gpu.layout(label, stage, &[READ, storage, UNIFORM])?;
+        let layout = gpu.layout(label, stage, &[READ, storage, READ])?;
         let mut constants = self.axes.constants().to_vec();
-        constants.extend([model_constant(self.model), self.deep()]);
+        let deep = self.deep();
+        let is_deep = deep.1 != 0.0;
+        constants.extend([model_constant(self.model), deep]);
+        let has_lengths = self.axes.shape.1 == 3;
         let pipeline = gpu.compute_pipeline(&ComputeProgram {
             label,
             source,
+            entry: Some(match has_lengths {
+                true => "cs_fill_lengths",
+                false => "cs_fill",
+            }),
             constants,
             groups: vec![layout.clone()],
             ..Default::default()
         })?;
-        let span = gpu.upload(label, &[self.span()], BufferUsages::UNIFORM)?;
+        let span = gpu.upload(label, &[self.span()], BufferUsages::STORAGE)?;
         gpu.checked(label, 0, || {
             let resources = [
                 intervals.as_entire_binding(),
@@ -420,8 +431,16 @@ impl Table {
             });
             pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &group, &[]);
-            let tiles = self.axes.shape.0.div_ceil(8);
-            pass.dispatch_workgroups(tiles, tiles, self.texture.depth_or_array_layers());
+            let side = self.axes.shape.0;
+            let per_group = |entries: u32| side.div_ceil(entries);
+            match has_lengths {
+                true => {
+                    // The first lengths are split among three where segments may be deep.
+                    let more = if is_deep { 2 } else { 0 };
+                    pass.dispatch_workgroups(per_group(64), side, per_group(LENGTHS) + more);
+                }
+                false => pass.dispatch_workgroups(per_group(8), per_group(8), 1),
+            }
         })?;
         // What goes wrong is to be known here, and the time is this table's.
         gpu.finish(encoder)

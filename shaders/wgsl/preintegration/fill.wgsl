@@ -1,11 +1,13 @@
-// Fill: integrate every segment that a table has a place for.
+// Fill: integrate every segment that a table with two axes has a place for.
 //
 // With: preintegration/axes.wgsl, common/optics_model.wgsl,
 //       common/transfer_function.wgsl, common/optics.wgsl, and for `put` one of
 //       preintegration/put_color.wgsl and put_depth.wgsl
 
 @group(0) @binding(0) var<storage, read> intervals: array<Interval>;
-@group(0) @binding(2) var<uniform> span: vec4f; // `table_span`
+// `table_span`. Not a uniform: lavapipe compiles programs whose loops depend on one anew for each
+// of its values.
+@group(0) @binding(2) var<storage, read> span: vec4f;
 
 fn interval(i: u32) -> Interval {
     return intervals[i];
@@ -30,7 +32,7 @@ fn cs_fill(@builtin(global_invocation_id) at: vec3u) {
     // Of unit length: light, optical depth, or the greatest color.
     var length = 1.0;
     if has_opacities() {
-        length = select(span.w * (f32(at.z) / last), span.w, TABLE_IS_FIXED);
+        length = span.w;
     }
     var sum = integrate(front, back, length);
     if has_opacities() {
