@@ -348,8 +348,30 @@ pub mod ping_pong {
     pub const TALLY: &str = program!("ping_pong/rays.wgsl", "ping_pong/tally.wgsl");
 }
 
+/// Resampling of tetrahedral meshes (`tetrascope-resample`).
+pub mod resample {
+    /// Pass 1: which cells may have samples in them.
+    pub const LIST: &str = program!("resample/mesh.wgsl", "resample/list.wgsl");
+    /// Pass 2: the samples in each cell.
+    pub const FILL: &str = program!(
+        "common/sides.wgsl",
+        "resample/mesh.wgsl",
+        "resample/column.wgsl",
+        "resample/put.wgsl",
+        "resample/fill.wgsl",
+    );
+    /// The same, and how often each sample is written, to test it.
+    pub const FILL_COUNTED: &str = program!(
+        "common/sides.wgsl",
+        "resample/mesh.wgsl",
+        "resample/column.wgsl",
+        "resample/put_counted.wgsl",
+        "resample/fill.wgsl",
+    );
+}
+
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 37] = [
+pub const PROGRAMS: [(&str, &str); 40] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -377,6 +399,9 @@ pub const PROGRAMS: [(&str, &str); 37] = [
     ("slicing::SLICE_DEVICE", slicing::SLICE_DEVICE),
     ("slicing::SLICE_COVERED", slicing::SLICE_COVERED),
     ("slicing::RANGES", slicing::RANGES),
+    ("resample::LIST", resample::LIST),
+    ("resample::FILL", resample::FILL),
+    ("resample::FILL_COUNTED", resample::FILL_COUNTED),
     ("raycast_peel::MARCH", raycast_peel::MARCH),
     ("raycast_peel::AIM", raycast_peel::AIM),
     ("raycast_peel::PEEL", raycast_peel::PEEL),

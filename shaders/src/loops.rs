@@ -60,6 +60,13 @@ pub const MOST_KNOTS: usize = 1 << 14;
 /// `tetrascope-raycast-peel` holds itself: [`MOST_PASSES`] with room for what is before it.
 pub const MARCH_PASSES: u32 = 60_000;
 
+/// The most passes of one invocation of `tetrascope-resample` for a cell of its own.
+pub const RESAMPLE_PASSES: u32 = 4096;
+
+/// The most samples along each axis of the part of a grid that `tetrascope-resample` fills in one
+/// dispatch.
+pub const RESAMPLE_SIDE: u32 = 2048;
+
 /// The most lights of an appearance, as `tetrascope-core` has it.
 pub const MOST_LIGHTS: usize = 256;
 
@@ -128,6 +135,10 @@ pub const LOOPS: &[Loop] = &[
     of("projection/composite.wgsl", "fs_composite", AtMost(1 << 14), "PASSES of a turn; the next goes on from what it stored"),
     of("projection/pieces.wgsl", "choose_piece", AtMost(32), "bisection"),
     of("projection/segment.wgsl", "integrate_within", InAll(3 * MOST_INTERVALS + 8 * 20), "knots; as integrate of common/optics.wgsl"),
+
+    of("resample/column.wgsl", "fill_column", Counted, "samples of a column in a cell, in cs_small and cs_large"),
+    of("resample/fill.wgsl", "cs_small", InAll(8 * RESAMPLE_PASSES as u64 + 8), "columns and samples of a cell, RESAMPLE_PASSES; the eight neighbors' add up"),
+    of("resample/fill.wgsl", "cs_large", InAll(16 * (RESAMPLE_SIDE as u64 + 10) + 1), "columns of a cell for each of its invocations, 16, with RESAMPLE_SIDE samples each"),
 
     of("raycast_peel/crossings.wgsl", "peeled_faces", AtMost(16), "layers, MOST_LAYERS"),
     of("raycast_peel/crossings.wgsl", "search", Counted, "entries of a list or tree, in trace"),

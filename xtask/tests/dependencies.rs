@@ -7,7 +7,7 @@ use serde_json::Value;
 /// Packages by their names without `tetrascope-`: what each may be built with, and what its
 /// tests and benchmarks may use beside that. A rule for a package that does not exist yet
 /// harms nobody.
-const RULES: [(&str, &[&str], &[&str]); 16] = [
+const RULES: [(&str, &[&str], &[&str]); 17] = [
     ("core", &[], &[]),
     ("shaders", &[], &[]),
     ("f32", &["core"], &["shaders", "testing"]),
@@ -19,6 +19,8 @@ const RULES: [(&str, &[&str], &[&str]); 16] = [
     ("projection", DRAWING, JUDGING),
     ("slicing", DRAWING, JUDGING),
     ("raycast-peel", DRAWING, JUDGING),
+    // It makes grids, and may have them drawn.
+    ("resample", &["core", "f32", "gpu", "shaders", "slicing"], JUDGING),
     (
         "testing",
         &["core", "datasets", "gpu", "io", "reference"],

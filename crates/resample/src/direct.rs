@@ -1,0 +1,428 @@
+//! The passes of [`Passes::Direct`](crate::Passes::Direct): `list.wgsl` and `fill.wgsl`.
+
+use tetrascope_core::Error;
+use tetrascope_core::grid::Lattice;
+use tetrascope_gpu::Gpu;
+use tetrascope_gpu::passes::{READ, WRITE, group};
+use tetrascope_gpu::pipelines::{ComputeProgram, Constant};
+use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
+use tetrascope_gpu::{DeviceGrid, sides};
+use tetrascope_shaders::loops::{RESAMPLE_PASSES, RESAMPLE_SIDE};
+use tetrascope_shaders::resample::{FILL, FILL_COUNTED, LIST};
+
+use crate::gpu_data::{Vertex, Work};
+use crate::placed::{Placed, along};
+
+const LABEL: &str = "resample::direct";
+
+/// Invocations of a workgroup.
+const THREADS: u32 = 64;
+
+/// Bytes of zeros that clear a texture part by part.
+const ZEROS: u64 = 1 << 20;
+
+/// How work is divided, which changes nothing in the samples; tests try other numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tuning {
+    /// Passes of loops that one invocation takes for a cell, at most [`RESAMPLE_PASSES`]; cells of
+    /// more are shared by workgroups.
+    pub(crate) small: u32,
+    /// Samples along each axis that are filled in one dispatch, at most [`RESAMPLE_SIDE`].
+    pub(crate) side: u32,
+    /// Whether to count how often each sample is written.
+    pub(crate) counted: bool,
+}
+
+impl Tuning {
+    pub(crate) fn new(gpu: &Gpu) -> Tuning {
+        let small = match gpu.is_software() {
+            // One invocation after the other: the fewer idle ones the better.
+            true => RESAMPLE_PASSES,
+            // Thousands at once: none should be long.
+            false => 512,
+        };
+        Tuning {
+            small,
+            side: RESAMPLE_SIDE,
+            counted: false,
+        }
+    }
+}
+
+/// Buffers that hold a mesh, and what the passes write. They grow, and never shrink.
+#[derive(Debug)]
+struct Buffers {
+    vertices: wgpu::Buffer,
+    cells: wgpu::Buffer,
+    cell_scalars: wgpu::Buffer,
+    lists: wgpu::Buffer,
+    parts: Vec<Part>,
+}
+
+/// A part of the grid that one dispatch fills.
+#[derive(Debug)]
+struct Part {
+    work: wgpu::Buffer,
+    /// Without the number of cells.
+    of_grid: Work,
+    list: wgpu::BindGroup,
+    fill: wgpu::BindGroup,
+}
+
+/// Pipelines and buffers.
+#[derive(Debug)]
+pub(crate) struct Direct {
+    gpu: Gpu,
+    layouts: [wgpu::BindGroupLayout; 2],
+    pipelines: Pipelines,
+    samples: wgpu::BindGroup,
+    texture: wgpu::Texture,
+    zeros: wgpu::Buffer,
+    /// How many cells are in each list.
+    counts: wgpu::Buffer,
+    /// Workgroups of dispatches.
+    workgroups: wgpu::Buffer,
+    buffers: Buffers,
+    cell_count: u32,
+    cell_data: bool,
+    /// How often each sample was written, in tests.
+    writes: Option<wgpu::Buffer>,
+}
+
+/// For fields of points, and for those of cells.
+#[derive(Debug)]
+struct Pipelines {
+    list: [wgpu::ComputePipeline; 2],
+    arrange: wgpu::ComputePipeline,
+    small: [wgpu::ComputePipeline; 2],
+    large: [wgpu::ComputePipeline; 2],
+}
+
+impl Direct {
+    /// Compiles the passes and uploads the mesh.
+    pub(crate) fn new(
+        gpu: &Gpu,
+        grid: &DeviceGrid,
+        placed: &Placed,
+        cells: &[[u32; 4]],
+        tuning: Tuning,
+    ) -> Result<Direct, Error> {
+        let counted = tuning.counted;
+        let compute = ShaderStages::COMPUTE;
+        let list_types = [READ, READ, READ, READ, WRITE, WRITE, WRITE];
+        let fill_types = [READ, READ, READ, READ, READ, READ];
+        let list_layout = gpu.layout(LABEL, compute, &list_types)?;
+        let fill_layout = gpu.layout(LABEL, compute, &fill_types)?;
+        let put_types: &[_] = if counted {
+            &[SAMPLES, WRITE]
+        } else {
+            &[SAMPLES]
+        };
+        let put_layout = gpu.layout(LABEL, compute, put_types)?;
+        let source = if counted { FILL_COUNTED } else { FILL };
+        let constant = sides::constant(gpu)?;
+        let pipeline = |source, entry, constants: Vec<Constant>, groups| {
+            gpu.compute_pipeline(&ComputeProgram {
+                label: LABEL,
+                source,
+                entry: Some(entry),
+                constants,
+                groups,
+            })
+        };
+        let both = |entry: &'static str| -> Result<[wgpu::ComputePipeline; 2], Error> {
+            let of = |cell_data: f64| {
+                let cell_data = ("CELL_DATA", cell_data);
+                match entry {
+                    "cs_list" => pipeline(LIST, entry, vec![cell_data], vec![list_layout.clone()]),
+                    _ => {
+                        let groups = vec![fill_layout.clone(), put_layout.clone()];
+                        pipeline(source, entry, vec![constant, cell_data], groups)
+                    }
+                }
+            };
+            Ok([of(0.0)?, of(1.0)?])
+        };
+        let pipelines = Pipelines {
+            list: both("cs_list")?,
+            arrange: pipeline(LIST, "cs_arrange", vec![], vec![list_layout.clone()])?,
+            small: both("cs_small")?,
+            large: both("cs_large")?,
+        };
+        let writes = match counted {
+            false => None,
+            true => {
+                let texels = grid.lattice().dims.iter().product::<usize>() as u64;
+                let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+                Some(gpu.buffer("resample::writes", 4 * texels, usage)?)
+            }
+        };
+        let samples = gpu.checked(LABEL, 0, || {
+            let view = grid.texture().create_view(&Default::default());
+            let mut resources = vec![wgpu::BindingResource::TextureView(&view)];
+            resources.extend(writes.as_ref().map(|writes| writes.as_entire_binding()));
+            group(gpu, LABEL, &put_layout, &resources)
+        })?;
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+        let counts = gpu.buffer("resample::counts", 16, usage | BufferUsages::COPY_SRC)?;
+        let usage = BufferUsages::STORAGE | BufferUsages::INDIRECT;
+        let workgroups = gpu.buffer("resample::workgroups", 48, usage)?;
+        // Rows of a texture that are copied are whole multiples of 256 bytes.
+        let row = (8 * u64::from(grid.texture().width())).next_multiple_of(256);
+        let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let zeros = gpu.buffer("resample::zeros", row.max(ZEROS), usage)?;
+        let layouts = [list_layout, fill_layout];
+        let of_grid = parts(grid.lattice(), tuning);
+        let fixed = [&counts, &workgroups];
+
+        let buffers = Buffers::new(gpu, &layouts, fixed, &of_grid, None, [0, 0, 0])?;
+
+        let mut direct = Direct {
+            gpu: gpu.clone(),
+            layouts,
+            pipelines,
+            samples,
+            texture: grid.texture().clone(),
+            zeros,
+            counts,
+            workgroups,
+            buffers,
+            cell_count: 0,
+            cell_data: false,
+            writes,
+        };
+        direct.upload(placed, cells)?;
+        Ok(direct)
+    }
+
+    /// Uploads another mesh. Buffers are made anew only where they are too small.
+    pub(crate) fn upload(&mut self, placed: &Placed, cells: &[[u32; 4]]) -> Result<(), Error> {
+        let gpu = &self.gpu;
+        let needed = [
+            placed.vertices.len(),
+            cells.len(),
+            placed.cell_scalars.len(),
+        ];
+        if !self.buffers.fit(needed) {
+            let of_grid: Vec<Work> = self.buffers.parts.iter().map(|p| p.of_grid).collect();
+            let fixed = [&self.counts, &self.workgroups];
+            let old = Some(&self.buffers);
+            let made = Buffers::new(gpu, &self.layouts, fixed, &of_grid, old, needed)?;
+            self.buffers = made;
+        }
+        let buffers = &self.buffers;
+        gpu.write(LABEL, &buffers.vertices, &placed.vertices)?;
+        gpu.write(LABEL, &buffers.cells, cells)?;
+        gpu.write(LABEL, &buffers.cell_scalars, &placed.cell_scalars)?;
+        for part in &buffers.parts {
+            let work = Work {
+                cell_count: cells.len() as u32,
+                ..part.of_grid
+            };
+            gpu.write(LABEL, &part.work, &[work])?;
+        }
+        self.cell_count = cells.len() as u32;
+        self.cell_data = !placed.cell_scalars.is_empty();
+        Ok(())
+    }
+
+    /// Records the passes.
+    pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.clear(encoder);
+        if let Some(writes) = &self.writes {
+            encoder.clear_buffer(writes, 0, None);
+        }
+        let kind = usize::from(self.cell_data);
+        let rows = |threads: u32| {
+            let workgroups = threads.div_ceil(THREADS);
+            let rows = workgroups.div_ceil(65_535).max(1);
+            (workgroups.div_ceil(rows), rows)
+        };
+        let (x, y) = rows(self.cell_count);
+        for part in &self.buffers.parts {
+            encoder.clear_buffer(&self.counts, 0, None);
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(LABEL),
+                timestamp_writes: None,
+            });
+            pass.set_bind_group(0, &part.list, &[]);
+            pass.set_pipeline(&self.pipelines.list[kind]);
+            pass.dispatch_workgroups(x, y, 1);
+            pass.set_pipeline(&self.pipelines.arrange);
+            pass.dispatch_workgroups(1, 1, 1);
+            pass.set_bind_group(0, &part.fill, &[]);
+            pass.set_bind_group(1, &self.samples, &[]);
+            pass.set_pipeline(&self.pipelines.small[kind]);
+            pass.dispatch_workgroups(x, y, 1);
+            pass.set_pipeline(&self.pipelines.large[kind]);
+            for list in 0..3 {
+                pass.dispatch_workgroups_indirect(&self.workgroups, 16 * list);
+            }
+        }
+    }
+
+    /// Records what makes every texel 0: copies of zeros, which drivers do fastest.
+    fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
+        let size = self.texture.size();
+        let row = (8 * size.width).next_multiple_of(256);
+        let rows = (self.zeros.size() / u64::from(row)).min(u64::from(u32::MAX)) as u32;
+        let layers = (rows / size.height).clamp(1, size.depth_or_array_layers);
+        let rows = rows.min(size.height);
+        let from = wgpu::TexelCopyBufferInfo {
+            buffer: &self.zeros,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row),
+                rows_per_image: Some(rows),
+            },
+        };
+        for z in (0..size.depth_or_array_layers).step_by(layers as usize) {
+            for y in (0..size.height).step_by(rows as usize) {
+                let to = wgpu::TexelCopyTextureInfo {
+                    origin: wgpu::Origin3d { x: 0, y, z },
+                    ..self.texture.as_image_copy()
+                };
+                let part = wgpu::Extent3d {
+                    width: size.width,
+                    height: rows.min(size.height - y),
+                    depth_or_array_layers: layers.min(size.depth_or_array_layers - z),
+                };
+                encoder.copy_buffer_to_texture(from, to, part);
+            }
+        }
+    }
+
+    /// Bytes of buffers, the mesh among them.
+    pub(crate) fn bytes(&self) -> u64 {
+        let b = &self.buffers;
+        let all = [
+            &b.vertices,
+            &b.cells,
+            &b.cell_scalars,
+            &b.lists,
+            &self.zeros,
+        ];
+        all.into_iter().map(wgpu::Buffer::size).sum()
+    }
+
+    /// How often each sample was written.
+    #[cfg(test)]
+    pub(crate) fn writes(&self) -> &wgpu::Buffer {
+        self.writes.as_ref().expect("made to be counted")
+    }
+}
+
+impl Buffers {
+    /// Buffers for so many vertices, cells and scalars of cells, or a little more than `old` has
+    /// where that is not enough.
+    fn new(
+        gpu: &Gpu,
+        [list_layout, fill_layout]: &[wgpu::BindGroupLayout; 2],
+        [counts, workgroups]: [&wgpu::Buffer; 2],
+        of_grid: &[Work],
+        old: Option<&Buffers>,
+        [vertices, cells, cell_scalars]: [usize; 3],
+    ) -> Result<Buffers, Error> {
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+        let buffer = |label: &str, count: usize, bytes: usize, old: Option<&wgpu::Buffer>| {
+            let needed = count.max(1) as u64 * bytes as u64;
+            match old {
+                Some(old) if old.size() >= needed => Ok(old.clone()),
+                // Meshes that change grow by a little many times.
+                Some(old) if old.size() > bytes as u64 => {
+                    let roomy = needed + needed / 4;
+                    gpu.buffer(label, roomy, usage)
+                        .or_else(|_| gpu.buffer(label, needed, usage))
+                }
+                _ => gpu.buffer(label, needed, usage),
+            }
+        };
+        let vertices = buffer(
+            "resample::vertices",
+            vertices,
+            size_of::<Vertex>(),
+            old.map(|o| &o.vertices),
+        )?;
+        let lists = buffer("resample::lists", cells, 8, old.map(|o| &o.lists))?;
+        let cells = buffer("resample::cells", cells, 16, old.map(|o| &o.cells))?;
+        let cell_scalars = buffer(
+            "resample::cell scalars",
+            cell_scalars,
+            4,
+            old.map(|o| &o.cell_scalars),
+        )?;
+        let part = |of_grid: &Work| -> Result<Part, Error> {
+            let bytes = size_of::<Work>() as u64;
+            let work = gpu.buffer("resample::work", bytes, usage)?;
+            gpu.checked(LABEL, 0, || {
+                let of_mesh = [&work, &vertices, &cells, &cell_scalars, counts, &lists];
+                let mut resources: Vec<_> = of_mesh.iter().map(|b| b.as_entire_binding()).collect();
+                let fill = group(gpu, LABEL, fill_layout, &resources);
+                resources.push(workgroups.as_entire_binding());
+                Part {
+                    list: group(gpu, LABEL, list_layout, &resources),
+                    of_grid: *of_grid,
+                    fill,
+                    work,
+                }
+            })
+        };
+        let parts = of_grid.iter().map(part).collect::<Result<_, _>>()?;
+        Ok(Buffers {
+            vertices,
+            cells,
+            cell_scalars,
+            lists,
+            parts,
+        })
+    }
+
+    fn fit(&self, [vertices, cells, cell_scalars]: [usize; 3]) -> bool {
+        let holds = |buffer: &wgpu::Buffer, count: usize, bytes: usize| {
+            buffer.size() >= count as u64 * bytes as u64
+        };
+        holds(&self.vertices, vertices, size_of::<Vertex>())
+            && holds(&self.cells, cells, 16)
+            && holds(&self.lists, cells, 8)
+            && holds(&self.cell_scalars, cell_scalars, 4)
+    }
+}
+
+/// The parts of a grid that are filled one by one, of at most [`RESAMPLE_SIDE`] samples along
+/// each axis; nearly always one.
+fn parts(lattice: &Lattice, tuning: Tuning) -> Vec<Work> {
+    let along = along(lattice);
+    let axes = [(along + 1) % 3, (along + 2) % 3, along];
+    let dims = axes.map(|axis| lattice.dims[axis] as i32);
+    let unit = |axis: usize| [0, 1, 2].map(|a| i32::from(a == axis));
+    let [across_x, across_y, along] = axes.map(unit);
+    let side = tuning.side as i32;
+    let starts = |dim: i32| (0..dim).step_by(side as usize);
+    let mut parts = Vec::new();
+    for first in starts(dims[2]) {
+        for y in starts(dims[1]) {
+            for x in starts(dims[0]) {
+                parts.push(Work {
+                    low: [x, y],
+                    high: [(x + side).min(dims[0]), (y + side).min(dims[1])],
+                    first,
+                    end: (first + side).min(dims[2]),
+                    small: tuning.small,
+                    along,
+                    flipped: u32::from(lattice.linear().determinant() < 0.0),
+                    across_x,
+                    across_y,
+                    ..Work::default()
+                });
+            }
+        }
+    }
+    parts
+}
+
+/// The texture that is filled.
+const SAMPLES: wgpu::BindingType = wgpu::BindingType::StorageTexture {
+    access: wgpu::StorageTextureAccess::WriteOnly,
+    format: wgpu::TextureFormat::Rg32Float,
+    view_dimension: wgpu::TextureViewDimension::D3,
+};

@@ -1,0 +1,45 @@
+//! Resampling of tetrahedral meshes into regular grids, on the device.
+//!
+//! R. Westermann, "The Rendering of Unstructured Grids Revisited", Joint
+//! Eurographics / IEEE TCVG Symposium on Visualization 2001.
+//!
+//! A mesh becomes the samples of a regular grid, cell by cell, in any order: no sorting, no
+//! adjacency and nothing that is found out beforehand, so a mesh whose places and connectivity
+//! change with every frame costs the same as one that does not.
+//!
+//! 1. `placed` takes vertices into the grid's own units, in f64, and leaves there each
+//!    vertex's nearest sample and its distance from it (`mesh.wgsl`).
+//! 2. `direct` records the passes. `list.wgsl` lists the cells that have samples in them, those of
+//!    much work apart. `fill.wgsl` goes through the columns of samples that a cell meets, and
+//!    `column.wgsl` finds the part of a column in the cell and writes the samples there.
+//! 3. [`Resampler`] is a mesh and its grid.
+//!
+//! # Departures from the paper
+//! - *Columns for slices* ([`Passes::Direct`]). The paper draws the cross section of a cell in
+//!   every slice, as triangles with two weight textures. Here a column of samples meets the two
+//!   faces of the cell that it crosses, and what is between them is interpolated: the same
+//!   linear interpolant without textures, with an error of rounding alone.
+//! - *Every sample in the mesh is written by one cell.* `sides.wgsl` decides which columns cross a
+//!   face; both of its cells compute the place where from the same numbers in the same order,
+//!   and each takes the samples from its first face, included, to its second, excluded.
+//! - *No list of active elements*: a cell's samples are all written at once, so no slice has to
+//!   know which cells it meets.
+//!
+//! # Limits
+//! - A sample exactly on the mesh's surface belongs to it on one side and not on the other, as
+//!   those of a half-open box. A grid that reaches exactly to the mesh's bounds has layers of samples
+//!   outside; one that is a millionth smaller does not.
+//! - Where faces lie in one place but differ, as between cubes with different diagonals, rounding
+//!   may leave out a sample on them, or let it be written twice.
+//! - In cells thinner than rounding, 2⁻²² of their extent, a sample may be written twice, with
+//!   values equal but for rounding; which of them stays may differ from run to run.
+//! - Scalars are rounded to f32 in the field's unit, as the grid holds them.
+
+mod direct;
+mod gpu_data;
+mod options;
+mod placed;
+mod resampler;
+
+pub use options::{Outside, Passes, ResampleOptions};
+pub use resampler::Resampler;

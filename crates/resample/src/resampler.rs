@@ -1,0 +1,138 @@
+//! A mesh and the grid of its samples.
+
+use tetrascope_core::grid::{Lattice, Samples};
+use tetrascope_core::{Error, Grid, TetMesh};
+use tetrascope_gpu::device_grid::Texels;
+use tetrascope_gpu::memory::{Source, read_back};
+use tetrascope_gpu::{DeviceGrid, Gpu, wgpu};
+
+use crate::direct::{Direct, Tuning};
+use crate::options::{Outside, ResampleOptions};
+use crate::placed::Placed;
+
+/// Takes samples of a mesh at the points of a lattice, on the device.
+///
+/// The mesh may change at any time, its connectivity as well ([`Resampler::reload`]); nothing
+/// is kept of the old one, and nothing is found out about it beforehand.
+#[derive(Debug)]
+pub struct Resampler {
+    gpu: Gpu,
+    grid: DeviceGrid,
+    direct: Direct,
+}
+
+impl Resampler {
+    /// Compiles the passes and uploads `mesh`; [`Resampler::resample`] takes the samples.
+    ///
+    /// # Errors
+    /// What [`Lattice::validate`] refuses, a grid or a mesh that the device does not hold, a
+    /// mesh without volume, and one that is 2³¹ samples or more away.
+    pub fn new(
+        gpu: &Gpu,
+        mesh: &TetMesh,
+        lattice: &Lattice,
+        options: &ResampleOptions,
+    ) -> Result<Resampler, Error> {
+        Resampler::tuned(gpu, mesh, lattice, options, Tuning::new(gpu))
+    }
+
+    fn tuned(
+        gpu: &Gpu,
+        mesh: &TetMesh,
+        lattice: &Lattice,
+        options: &ResampleOptions,
+        tuning: Tuning,
+    ) -> Result<Resampler, Error> {
+        let ResampleOptions { passes: _ } = options;
+        lattice.validate()?;
+        let placed = Placed::new(mesh, lattice)?;
+        let grid = DeviceGrid::new(gpu, lattice, Texels::Covered, placed.scalar_range)?;
+        let direct = Direct::new(gpu, &grid, &placed, mesh.tetrahedra(), tuning)?;
+        Ok(Resampler {
+            gpu: gpu.clone(),
+            grid,
+            direct,
+        })
+    }
+
+    /// Uploads another mesh, whatever it has in common with the one before. The buffers are
+    /// used again unless they are too small.
+    ///
+    /// # Errors
+    /// As for [`Resampler::new`]; then the mesh before stays.
+    pub fn reload(&mut self, mesh: &TetMesh) -> Result<(), Error> {
+        let lattice = self.grid.lattice();
+        let placed = Placed::new(mesh, lattice)?;
+        let texture = self.grid.texture().clone();
+        let range = placed.scalar_range;
+        let grid = DeviceGrid::from_texture(texture, lattice, Texels::Covered, range)?;
+        self.direct.upload(&placed, mesh.tetrahedra())?;
+        self.grid = grid;
+        Ok(())
+    }
+
+    /// Records the passes that take the samples; the caller submits. Whatever the grid held
+    /// before is cleared.
+    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.direct.record(encoder);
+    }
+
+    /// Takes the samples, and waits until they are there.
+    ///
+    /// # Errors
+    /// What the device says.
+    pub fn resample(&self) -> Result<(), Error> {
+        let mut encoder = self
+            .gpu
+            .device()
+            .create_command_encoder(&Default::default());
+        self.encode(&mut encoder);
+        self.gpu.finish(encoder)
+    }
+
+    /// The samples: a coverage of 1 inside of the mesh and 0 outside, and scalars in the
+    /// field's unit. Clones share the texture, and see what is resampled later; after
+    /// [`Resampler::reload`] only this knows the range of the new scalars.
+    pub fn grid(&self) -> &DeviceGrid {
+        &self.grid
+    }
+
+    /// The samples, read back after [`Resampler::resample`].
+    ///
+    /// # Errors
+    /// What the device says.
+    pub fn read_back(&self, outside: Outside) -> Result<Grid, Error> {
+        let mut encoder = self
+            .gpu
+            .device()
+            .create_command_encoder(&Default::default());
+        let source = Source::Texture(self.grid.texture());
+        let copy = read_back(&self.gpu, &mut encoder, source)?;
+        self.gpu.finish(encoder)?;
+        let texels: Vec<[f32; 2]> = copy.read()?;
+        let lattice = *self.grid.lattice();
+        match outside {
+            Outside::Nan => {
+                let scalar = |[scalar, coverage]: [f32; 2]| match coverage {
+                    0.0 => f32::NAN,
+                    _ => scalar,
+                };
+                let scalars = texels.into_iter().map(scalar);
+                Grid::on(lattice, Samples::F32(scalars.collect()))
+            }
+            Outside::Uncovered => {
+                let scalars = texels.iter().map(|t| t[0]).collect();
+                let coverage = texels.iter().map(|t| t[1]).collect();
+                Grid::on(lattice, Samples::F32(scalars))?.covered(coverage)
+            }
+        }
+    }
+
+    /// Bytes on the device beside the grid's: the mesh, and 8 for each cell to work with.
+    pub fn bytes(&self) -> u64 {
+        self.direct.bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,189 @@
+// Column: the samples of one column of the grid that are in one cell.
+//
+// Westermann 2001 section 2 draws the cross section of a cell in one slice after another; a column
+// meets all slices at once.
+// Out:  `put`, once for each sample.
+// With: common/sides.wgsl, resample/mesh.wgsl, one of resample/put*.wgsl
+
+// A cell with its corners in the order of their keys: a face computes the same bits, whichever
+// cell it is seen from.
+struct Cell {
+    p0: vec3f, p1: vec3f, p2: vec3f, p3: vec3f,  // nearest samples
+    o0: vec3f, o1: vec3f, o2: vec3f, o3: vec3f,  // offsets
+    scalars: vec4f,
+    flipped: bool,                               // whether that order is left-handed
+    low: vec2i,                                  // its columns: the first,
+    size: vec2u,                                 // and how many
+}
+
+// Where a column crosses a face.
+struct Crossing {
+    base: f32,      // a sample near the face
+    height: f32,    // from there along the column
+    first: f32,     // the first sample that is not before the face
+    scalar: f32,
+}
+
+fn cell_of(index: u32) -> Cell {
+    var ids = cells[index];
+    var keys = vec4u(
+        vertices[ids.x].key,
+        vertices[ids.y].key,
+        vertices[ids.z].key,
+        vertices[ids.w].key,
+    );
+    // Sort by place; a swap turns the handedness.
+    var odd = work.flipped == 1u;
+    let swap01 = is_behind(keys.xz, keys.yw, ids.xz, ids.yw);
+    keys = select(keys, keys.yxwz, swap01.xxyy);
+    ids = select(ids, ids.yxwz, swap01.xxyy);
+    let swap02 = is_behind(keys.xy, keys.zw, ids.xy, ids.zw);
+    keys = select(keys, keys.zwxy, swap02.xyxy);
+    ids = select(ids, ids.zwxy, swap02.xyxy);
+    let swap12 = is_behind(keys.yy, keys.zz, ids.yy, ids.zz).x;
+    ids = select(ids, ids.xzyw, vec4<bool>(swap12));
+    odd = odd != (swap01.x != swap01.y);
+    odd = odd != (swap02.x != swap02.y);
+    odd = odd != swap12;
+    let a = vertices[ids.x];
+    let b = vertices[ids.y];
+    let c = vertices[ids.z];
+    let d = vertices[ids.w];
+    let first = min(min(first_from(a), first_from(b)), min(first_from(c), first_from(d)));
+    let last = max(max(last_to(a), last_to(b)), max(last_to(c), last_to(d)));
+    let low = max(vec2i(clamp(first, vec2f(-1e6), vec2f(1e6))), work.low);
+    let high = min(vec2i(clamp(last, vec2f(-1e6), vec2f(1e6))) + 1, work.high);
+    return Cell(
+        a.sample, b.sample, c.sample, d.sample,
+        a.offset, b.offset, c.offset, d.offset,
+        scalars_of(index, vec4f(a.scalar, b.scalar, c.scalar, d.scalar)),
+        odd, low, vec2u(max(high - low, vec2i(0))),
+    );
+}
+
+// By key; different places may have equal keys, and then the number decides.
+fn is_behind(key: vec2u, other_key: vec2u, id: vec2u, other_id: vec2u) -> vec2<bool> {
+    return (key > other_key) | ((key == other_key) & (id > other_id));
+}
+
+// The first column that is not before the vertex.
+fn first_from(v: Vertex) -> vec2f {
+    return v.sample.xy + select(vec2f(0.0), vec2f(1.0), v.offset.xy > vec2f(0.0));
+}
+
+// The last column that is not behind it.
+fn last_to(v: Vertex) -> vec2f {
+    return v.sample.xy - select(vec2f(0.0), vec2f(1.0), v.offset.xy < vec2f(0.0));
+}
+
+// Writes the samples of column number `index` of the cell's.
+//
+// Faces cut the column into half-open intervals. Both cells of a face see the same bits, so that
+// no sample is left out, whatever rounding does, and none is written twice unless rounding swaps
+// the two faces of a cell.
+fn fill_column(cell: Cell, index: u32) {
+    let place = cell.low + vec2i(i32(index % cell.size.x), i32(index / cell.size.x));
+    let center = vec2f(place);
+    // A vertex's place from the column depends on nothing else.
+    let q0 = on_grid((cell.p0.xy - center) + cell.o0.xy);
+    let q1 = on_grid((cell.p1.xy - center) + cell.o1.xy);
+    let q2 = on_grid((cell.p2.xy - center) + cell.o2.xy);
+    let q3 = on_grid((cell.p3.xy - center) + cell.o3.xy);
+    let t = turns(sides(q0, q1, q2, q3));
+    if !any(t.enters) {
+        return;
+    }
+    // `turns` is for cameras, whose right, up and forward are left-handed.
+    let begins = crossing_of(cell, q0, q1, q2, q3, select(t.leaves, t.enters, cell.flipped));
+    let ends = crossing_of(cell, q0, q1, q2, q3, select(t.enters, t.leaves, cell.flipped));
+    let first = i32(clamp(begins.first, f32(work.first), f32(work.end)));
+    let end = i32(clamp(ends.first, f32(work.first), f32(work.end)));
+    let least = min(begins.scalar, ends.scalar);
+    let greatest = max(begins.scalar, ends.scalar);
+    let rise = ends.scalar - begins.scalar;
+    let texel = place.x * work.across_x + place.y * work.across_y;
+    for (var i = first; i < end; i++) {
+        let sample = f32(i);
+        let before = max((sample - begins.base) - begins.height, 0.0);
+        let behind = ends.height - (sample - ends.base);
+        let scalar = begins.scalar + rise * (before / (before + behind));
+        put(texel + i * work.along, clamp(scalar, least, greatest));
+    }
+}
+
+// Where the column crosses the face opposite to the corner that is `opposite`.
+fn crossing_of(
+    cell: Cell,
+    q0: vec2f,
+    q1: vec2f,
+    q2: vec2f,
+    q3: vec2f,
+    opposite: vec4<bool>,
+) -> Crossing {
+    let second = opposite.x | opposite.y;
+    let third = !opposite.w;
+    let a = select(vec4f(q0, cell.o0.z, cell.scalars.x), vec4f(q1, cell.o1.z, cell.scalars.y), opposite.x);
+    let b = select(vec4f(q1, cell.o1.z, cell.scalars.y), vec4f(q2, cell.o2.z, cell.scalars.z), second);
+    let c = select(vec4f(q2, cell.o2.z, cell.scalars.z), vec4f(q3, cell.o3.z, cell.scalars.w), third);
+    let base = select(cell.p0.z, cell.p1.z, opposite.x);
+    let base_b = select(cell.p1.z, cell.p2.z, second);
+    let base_c = select(cell.p2.z, cell.p3.z, third);
+    return crossing_at(
+        base,
+        a,
+        vec4f(b.xy, (base_b - base) + b.z, b.w),
+        vec4f(c.xy, (base_c - base) + c.z, c.w),
+    );
+}
+
+// The same for corners whose heights are relative to `base`.
+//
+// The corners are turned so that the longest edge, as the column sees it, is ab. The share of c is
+// how far beside that edge the column passes, and what is left of the way along the edge is b's.
+// So the point is within some 2^-24 of the edge's length beside the column even for slivers and for
+// faces seen edge on, where the share of c means little but is held to what the face has there.
+fn crossing_at(base: f32, first: vec4f, second: vec4f, third: vec4f) -> Crossing {
+    let e = second.xy - first.xy;
+    let f = third.xy - second.xy;
+    let g = first.xy - third.xy;
+    let lengths = vec3f(dot(e, e), dot(f, f), dot(g, g));
+    let is_second = lengths.y > lengths.x && lengths.y >= lengths.z;
+    let is_third = lengths.z > lengths.x && lengths.z > lengths.y;
+    let a = select(select(first, second, is_second), third, is_third);
+    let b = select(select(second, third, is_second), first, is_third);
+    let c = select(select(third, first, is_second), second, is_third);
+    let ab = b - a;
+    let ac = c - a;
+    // Not 0: at least one edge of a crossed face has a length. Shares are taken from both ends, so
+    // that each is exact where it is small.
+    let scale = 1.0 / max(dot(ab.xy, ab.xy), 1e-37);
+    let from_a = -dot(a.xy, ab.xy) * scale;
+    let from_b = dot(b.xy, ab.xy) * scale;
+    let c_from_a = dot(ac.xy, ab.xy) * scale;
+    let c_from_b = dot(b.xy - c.xy, ab.xy) * scale;
+    // The areas between the column and the edges are of one sign.
+    let of_a = abs(b.x * c.y - b.y * c.x);
+    let of_b = abs(c.x * a.y - c.y * a.x);
+    let of_c = abs(a.x * b.y - a.y * b.x);
+    // Neither of the others is negative. c may lie beside the ends of ab, by rounding.
+    let at_a = from_a / select(c_from_a, 1e-37, c_from_a == 0.0);
+    let at_b = from_b / select(c_from_b, 1e-37, c_from_b == 0.0);
+    let least = max(select(0.0, at_a, c_from_a < 0.0), select(0.0, at_b, c_from_b < 0.0));
+    let most = min(select(at_a, 1.0, c_from_a < 0.0), select(at_b, 1.0, c_from_b < 0.0));
+    let share_c = clamp(min(max(of_c / max(of_a + of_b + of_c, 1e-37), least), most), 0.0, 1.0);
+    let share_b = clamp(from_a - share_c * c_from_a, 0.0, 1.0 - share_c);
+    let height = a.z + (share_b * ab.z + share_c * ac.z);
+    let scalar = a.w + (share_b * ab.w + share_c * ac.w);
+    // Where grid and mesh are aligned many faces meet at a sample. Those nearer to it than rounding
+    // can tell, of any face as large, are all in front of it.
+    let near = round(height);
+    let size = max(max(abs(ab.x), abs(ab.y)), max(abs(ab.z), max(abs(ac.z), abs(ac.z - ab.z))));
+    let tolerance = SNAP * size;
+    let reached = select(ceil(height), near, abs(height - near) <= tolerance);
+    return Crossing(
+        base,
+        height,
+        base + reached,
+        clamp(scalar, min(a.w, min(b.w, c.w)), max(a.w, max(b.w, c.w))),
+    );
+}

@@ -1,0 +1,52 @@
+// Mesh: the cells as resampling sees them, in the grid's own units.
+//
+// Columns of samples run along one axis of the grid, "along"; the two others are "across", and
+// (across, along) is a right-handed frame: the axes (y, z, x), or those turned on. One unit is
+// the distance of neighboring samples, and samples lie at whole numbers.
+
+// A vertex as its nearest sample and what is left, so that differences from any sample keep a
+// float's relative precision, however small the cell is.
+struct Vertex {
+    sample: vec3f,   // whole numbers: across, across, along
+    key: u32,        // of the place: equal places have equal keys
+    offset: vec3f,   // from that sample, within [-1/2, 1/2] of each axis
+    scalar: f32,     // in the field's unit, or NO_VALUE
+}
+
+// What one dispatch is about. In a storage buffer: lavapipe compiles large programs anew at
+// every dispatch if their loops depend on a uniform buffer.
+struct Work {
+    low: vec2i,        // the first column of this part of the grid
+    high: vec2i,       // behind the last one
+    first: i32,        // sample of a column
+    end: i32,          // behind the last one
+    cell_count: u32,
+    small: u32,        // the most passes of one invocation for a cell
+    along: vec3i,      // the step of a texel along a column
+    flipped: u32,      // 1 where the axes of the grid are left-handed
+    across_x: vec3i,   // and to the next column
+    across_y: vec3i,
+}
+
+// Stands for no scalar.
+const NO_VALUE: f32 = 0x1.fffffep127f;
+
+// How near to a sample a face is that counts as through it, as a share of its extent: 2^-21, as the
+// shares of corners err by some 4 of 2^-24 each. See column.wgsl.
+const SNAP: f32 = 4.76837158203125e-7;
+
+@group(0) @binding(0) var<storage, read> work: Work;
+@group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
+@group(0) @binding(2) var<storage, read> cells: array<vec4u>;
+// One for each cell, if they have any.
+@group(0) @binding(3) var<storage, read> cell_scalars: array<f32>;
+
+// Whether cells have scalars, not vertices.
+override CELL_DATA: bool = false;
+
+fn scalars_of(cell: u32, of_vertices: vec4f) -> vec4f {
+    if CELL_DATA {
+        return vec4f(cell_scalars[cell]);
+    }
+    return of_vertices;
+}
