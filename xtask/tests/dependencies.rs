@@ -20,7 +20,11 @@ const RULES: [(&str, &[&str], &[&str]); 17] = [
     ("slicing", DRAWING, JUDGING),
     ("raycast-peel", DRAWING, JUDGING),
     // It makes grids, and may have them drawn.
-    ("resample", &["core", "f32", "gpu", "shaders", "slicing"], JUDGING),
+    (
+        "resample",
+        &["core", "f32", "gpu", "shaders", "slicing"],
+        JUDGING,
+    ),
     (
         "testing",
         &["core", "datasets", "gpu", "io", "reference"],

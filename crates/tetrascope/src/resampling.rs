@@ -156,7 +156,10 @@ mod tests {
     fn sphere(cells: u64) -> TetMesh {
         let cells = Some(cells);
         let options = Options { cells, seed: None };
-        find("sphere").expect("listed").mesh(&options).expect("made")
+        find("sphere")
+            .expect("listed")
+            .mesh(&options)
+            .expect("made")
     }
 
     // Cubes of five cells: four of a sixth of the cube, one of a third.

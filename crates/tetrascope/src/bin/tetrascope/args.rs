@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{ArgAction, Args, Parser, Subcommand};
+#[cfg(feature = "resample")]
+use tetrascope::core::Bounds;
 use tetrascope::core::colormap::{Colormap, srgb_to_linear};
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::grid::{ByteOrder, Interpolation, RawNumber};
 use tetrascope::core::view::{check_background, check_size};
-#[cfg(feature = "resample")]
-use tetrascope::core::Bounds;
 use tetrascope::core::{CameraFit, ClipPlane, DepthCue, Error, OpticalModel};
 use tetrascope::help;
 #[cfg(feature = "resample")]

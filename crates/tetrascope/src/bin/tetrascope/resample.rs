@@ -33,7 +33,13 @@ pub(crate) fn run(args: &ResampleArgs, output: &Output) -> Result<(), Stop> {
     let inside = sampled.count_inside();
     let warning = (inside == 0).then(|| nothing_inside(&loaded));
 
-    let mask = Samples::U8(sampled.inside.iter().map(|is_in| u8::from(*is_in)).collect());
+    let mask = Samples::U8(
+        sampled
+            .inside
+            .iter()
+            .map(|is_in| u8::from(*is_in))
+            .collect(),
+    );
     let mut arrays: Vec<(&str, &Samples)> = Vec::new();
     arrays.extend(sampled.fields.iter().map(|(name, s)| (name.as_str(), s)));
     arrays.push((INSIDE, &mask));
@@ -50,9 +56,10 @@ pub(crate) fn run(args: &ResampleArgs, output: &Output) -> Result<(), Stop> {
     if !output.json() {
         return output.written(&path);
     }
-    let fields = sampled.fields.iter().map(|(name, samples)| {
-        json!({"name": name, "range": samples.range()})
-    });
+    let fields = sampled
+        .fields
+        .iter()
+        .map(|(name, samples)| json!({"name": name, "range": samples.range()}));
     let warnings = warning.iter();
     let warnings = warnings.map(|w| json!({"message": w.to_string(), "help": help(w)}));
     output.json_result(&json!({
@@ -90,7 +97,10 @@ pub(crate) fn load(
     volumes::check(&source).map_err(scene::usage)?;
     let what = format!("loading {}", scene::name(&source));
     let (loaded, seconds) = output.timed(&what, || volumes::load_fields(&source, names))?;
-    let fields = loaded.fields.iter().map(|field| format!("'{}'", field.name));
+    let fields = loaded
+        .fields
+        .iter()
+        .map(|field| format!("'{}'", field.name));
     let fields: Vec<String> = fields.collect();
     output.note(format_args!(
         "  {} tetrahedra, {}",
@@ -126,7 +136,9 @@ pub(crate) fn sample(
     }
     let (inside, all) = (timed.0.count_inside(), nx * ny * nz);
     let percent = number::rounded(100.0 * inside as f64 / all as f64);
-    output.note(format_args!("  {inside} samples are in the mesh, {percent} %"));
+    output.note(format_args!(
+        "  {inside} samples are in the mesh, {percent} %"
+    ));
     Ok(timed)
 }
 

@@ -4,7 +4,7 @@ use serde_json::json;
 use tetrascope::core::colormap::Colormap;
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::grid::{Lattice, Samples};
-use tetrascope::core::{ClipPlane, Error, Frame, FrameStats, number};
+use tetrascope::core::{ClipPlane, Frame, FrameStats, number};
 use tetrascope::help;
 use tetrascope::io::image::{check_path, write_image, write_npy};
 use tetrascope::io::vti::check_path as check_vti_path;
@@ -61,7 +61,10 @@ pub(crate) fn run(args: &SliceArgs, output: &Output) -> Result<(), Stop> {
     };
     let metadata = [
         ("Title", format!("{field} on a plane")),
-        ("Software", format!("tetrascope {}", env!("CARGO_PKG_VERSION"))),
+        (
+            "Software",
+            format!("tetrascope {}", env!("CARGO_PKG_VERSION")),
+        ),
         ("plane point", number::vector(plane.point)),
         ("plane normal", number::vector(plane.normal)),
         ("range", number::range(range)),
@@ -106,7 +109,13 @@ pub(crate) fn run(args: &SliceArgs, output: &Output) -> Result<(), Stop> {
 }
 
 fn mask(sampled: &Sampled) -> Samples {
-    Samples::U8(sampled.inside.iter().map(|is_in| u8::from(*is_in)).collect())
+    Samples::U8(
+        sampled
+            .inside
+            .iter()
+            .map(|is_in| u8::from(*is_in))
+            .collect(),
+    )
 }
 
 /// The color of a scalar, premultiplied linear RGBA; the background's where there is none.
