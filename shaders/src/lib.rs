@@ -350,9 +350,7 @@ pub mod ping_pong {
 
 /// Resampling of tetrahedral meshes (`tetrascope-resample`).
 pub mod resample {
-    /// Pass 1: which cells may have samples in them.
-    pub const LIST: &str = program!("resample/mesh.wgsl", "resample/list.wgsl");
-    /// Pass 2: the samples in each cell.
+    /// Passes 1 and 3: the samples in cells with little and with much to do.
     pub const FILL: &str = program!(
         "common/sides.wgsl",
         "resample/mesh.wgsl",
@@ -360,7 +358,9 @@ pub mod resample {
         "resample/put.wgsl",
         "resample/fill.wgsl",
     );
-    /// The same, and how often each sample is written, to test it.
+    /// Pass 2: how many workgroups take the cells with much to do.
+    pub const ARRANGE: &str = program!("resample/arrange.wgsl");
+    /// As `FILL`, and how often each sample is written, to test it.
     pub const FILL_COUNTED: &str = program!(
         "common/sides.wgsl",
         "resample/mesh.wgsl",
@@ -399,7 +399,7 @@ pub const PROGRAMS: [(&str, &str); 40] = [
     ("slicing::SLICE_DEVICE", slicing::SLICE_DEVICE),
     ("slicing::SLICE_COVERED", slicing::SLICE_COVERED),
     ("slicing::RANGES", slicing::RANGES),
-    ("resample::LIST", resample::LIST),
+    ("resample::ARRANGE", resample::ARRANGE),
     ("resample::FILL", resample::FILL),
     ("resample::FILL_COUNTED", resample::FILL_COUNTED),
     ("raycast_peel::MARCH", raycast_peel::MARCH),

@@ -1,16 +1,17 @@
-//! The passes of [`Passes::Direct`](crate::Passes::Direct): `list.wgsl` and `fill.wgsl`.
+//! The passes of [`Passes::Direct`](crate::Passes::Direct): `fill.wgsl` and `arrange.wgsl`.
 
 use tetrascope_core::Error;
 use tetrascope_core::grid::Lattice;
 use tetrascope_gpu::Gpu;
+use tetrascope_gpu::memory::{TEXELS_PER_ROW, texture_bytes};
 use tetrascope_gpu::passes::{READ, WRITE, group};
 use tetrascope_gpu::pipelines::{ComputeProgram, Constant};
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
 use tetrascope_gpu::{DeviceGrid, sides};
 use tetrascope_shaders::loops::{RESAMPLE_PASSES, RESAMPLE_SIDE};
-use tetrascope_shaders::resample::{FILL, FILL_COUNTED, LIST};
+use tetrascope_shaders::resample::{ARRANGE, FILL, FILL_COUNTED};
 
-use crate::gpu_data::{Vertex, Work};
+use crate::gpu_data::Work;
 use crate::placed::{Placed, along};
 
 const LABEL: &str = "resample::direct";
@@ -52,8 +53,8 @@ impl Tuning {
 /// Buffers that hold a mesh, and what the passes write. They grow, and never shrink.
 #[derive(Debug)]
 struct Buffers {
-    vertices: wgpu::Buffer,
-    cells: wgpu::Buffer,
+    vertices: Table,
+    cells: Table,
     cell_scalars: wgpu::Buffer,
     lists: wgpu::Buffer,
     parts: Vec<Part>,
@@ -65,15 +66,14 @@ struct Part {
     work: wgpu::Buffer,
     /// Without the number of cells.
     of_grid: Work,
-    list: wgpu::BindGroup,
-    fill: wgpu::BindGroup,
+    group: wgpu::BindGroup,
 }
 
 /// Pipelines and buffers.
 #[derive(Debug)]
 pub(crate) struct Direct {
     gpu: Gpu,
-    layouts: [wgpu::BindGroupLayout; 2],
+    layout: wgpu::BindGroupLayout,
     pipelines: Pipelines,
     samples: wgpu::BindGroup,
     texture: wgpu::Texture,
@@ -82,6 +82,7 @@ pub(crate) struct Direct {
     counts: wgpu::Buffer,
     /// Workgroups of dispatches.
     workgroups: wgpu::Buffer,
+    arranged: wgpu::BindGroup,
     buffers: Buffers,
     cell_count: u32,
     cell_data: bool,
@@ -92,7 +93,6 @@ pub(crate) struct Direct {
 /// For fields of points, and for those of cells.
 #[derive(Debug)]
 struct Pipelines {
-    list: [wgpu::ComputePipeline; 2],
     arrange: wgpu::ComputePipeline,
     small: [wgpu::ComputePipeline; 2],
     large: [wgpu::ComputePipeline; 2],
@@ -109,10 +109,8 @@ impl Direct {
     ) -> Result<Direct, Error> {
         let counted = tuning.counted;
         let compute = ShaderStages::COMPUTE;
-        let list_types = [READ, READ, READ, READ, WRITE, WRITE, WRITE];
-        let fill_types = [READ, READ, READ, READ, READ, READ];
-        let list_layout = gpu.layout(LABEL, compute, &list_types)?;
-        let fill_layout = gpu.layout(LABEL, compute, &fill_types)?;
+        let layout = gpu.layout(LABEL, compute, &[READ, TABLE, TABLE, READ, WRITE, WRITE])?;
+        let arrange_layout = gpu.layout(LABEL, compute, &[READ, WRITE])?;
         let put_types: &[_] = if counted {
             &[SAMPLES, WRITE]
         } else {
@@ -132,21 +130,19 @@ impl Direct {
         };
         let both = |entry: &'static str| -> Result<[wgpu::ComputePipeline; 2], Error> {
             let of = |cell_data: f64| {
-                let cell_data = ("CELL_DATA", cell_data);
-                match entry {
-                    "cs_list" => pipeline(LIST, entry, vec![cell_data], vec![list_layout.clone()]),
-                    _ => {
-                        let groups = vec![fill_layout.clone(), put_layout.clone()];
-                        pipeline(source, entry, vec![constant, cell_data], groups)
-                    }
-                }
+                let constants = vec![constant, ("CELL_DATA", cell_data)];
+                pipeline(
+                    source,
+                    entry,
+                    constants,
+                    vec![layout.clone(), put_layout.clone()],
+                )
             };
             Ok([of(0.0)?, of(1.0)?])
         };
         let pipelines = Pipelines {
-            list: both("cs_list")?,
-            arrange: pipeline(LIST, "cs_arrange", vec![], vec![list_layout.clone()])?,
             small: both("cs_small")?,
+            arrange: pipeline(ARRANGE, "cs_arrange", vec![], vec![arrange_layout.clone()])?,
             large: both("cs_large")?,
         };
         let writes = match counted {
@@ -171,21 +167,22 @@ impl Direct {
         let row = (8 * u64::from(grid.texture().width())).next_multiple_of(256);
         let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let zeros = gpu.buffer("resample::zeros", row.max(ZEROS), usage)?;
-        let layouts = [list_layout, fill_layout];
+        let arranged = gpu.checked(LABEL, 0, || {
+            let resources = [&counts, &workgroups].map(|b| b.as_entire_binding());
+            group(gpu, LABEL, &arrange_layout, &resources)
+        })?;
         let of_grid = parts(grid.lattice(), tuning);
-        let fixed = [&counts, &workgroups];
-
-        let buffers = Buffers::new(gpu, &layouts, fixed, &of_grid, None, [0, 0, 0])?;
-
+        let buffers = Buffers::new(gpu, &layout, &counts, &of_grid, None, [0, 0, 0])?;
         let mut direct = Direct {
             gpu: gpu.clone(),
-            layouts,
+            layout,
             pipelines,
             samples,
             texture: grid.texture().clone(),
             zeros,
             counts,
             workgroups,
+            arranged,
             buffers,
             cell_count: 0,
             cell_data: false,
@@ -205,14 +202,15 @@ impl Direct {
         ];
         if !self.buffers.fit(needed) {
             let of_grid: Vec<Work> = self.buffers.parts.iter().map(|p| p.of_grid).collect();
-            let fixed = [&self.counts, &self.workgroups];
             let old = Some(&self.buffers);
-            let made = Buffers::new(gpu, &self.layouts, fixed, &of_grid, old, needed)?;
+            let made = Buffers::new(gpu, &self.layout, &self.counts, &of_grid, old, needed)?;
             self.buffers = made;
         }
         let buffers = &self.buffers;
-        gpu.write(LABEL, &buffers.vertices, &placed.vertices)?;
-        gpu.write(LABEL, &buffers.cells, cells)?;
+        buffers
+            .vertices
+            .write(gpu, bytemuck::cast_slice(&placed.vertices))?;
+        buffers.cells.write(gpu, bytemuck::cast_slice(cells))?;
         gpu.write(LABEL, &buffers.cell_scalars, &placed.cell_scalars)?;
         for part in &buffers.parts {
             let work = Work {
@@ -245,15 +243,15 @@ impl Direct {
                 label: Some(LABEL),
                 timestamp_writes: None,
             });
-            pass.set_bind_group(0, &part.list, &[]);
-            pass.set_pipeline(&self.pipelines.list[kind]);
-            pass.dispatch_workgroups(x, y, 1);
-            pass.set_pipeline(&self.pipelines.arrange);
-            pass.dispatch_workgroups(1, 1, 1);
-            pass.set_bind_group(0, &part.fill, &[]);
+            pass.set_bind_group(0, &part.group, &[]);
             pass.set_bind_group(1, &self.samples, &[]);
             pass.set_pipeline(&self.pipelines.small[kind]);
             pass.dispatch_workgroups(x, y, 1);
+            pass.set_bind_group(0, &self.arranged, &[]);
+            pass.set_pipeline(&self.pipelines.arrange);
+            pass.dispatch_workgroups(1, 1, 1);
+            pass.set_bind_group(0, &part.group, &[]);
+            pass.set_bind_group(1, &self.samples, &[]);
             pass.set_pipeline(&self.pipelines.large[kind]);
             for list in 0..3 {
                 pass.dispatch_workgroups_indirect(&self.workgroups, 16 * list);
@@ -295,14 +293,8 @@ impl Direct {
     /// Bytes of buffers, the mesh among them.
     pub(crate) fn bytes(&self) -> u64 {
         let b = &self.buffers;
-        let all = [
-            &b.vertices,
-            &b.cells,
-            &b.cell_scalars,
-            &b.lists,
-            &self.zeros,
-        ];
-        all.into_iter().map(wgpu::Buffer::size).sum()
+        let tables = texture_bytes(&b.vertices.0) + texture_bytes(&b.cells.0);
+        tables + b.cell_scalars.size() + b.lists.size() + self.zeros.size()
     }
 
     /// How often each sample was written.
@@ -317,8 +309,8 @@ impl Buffers {
     /// where that is not enough.
     fn new(
         gpu: &Gpu,
-        [list_layout, fill_layout]: &[wgpu::BindGroupLayout; 2],
-        [counts, workgroups]: [&wgpu::Buffer; 2],
+        layout: &wgpu::BindGroupLayout,
+        counts: &wgpu::Buffer,
         of_grid: &[Work],
         old: Option<&Buffers>,
         [vertices, cells, cell_scalars]: [usize; 3],
@@ -337,14 +329,14 @@ impl Buffers {
                 _ => gpu.buffer(label, needed, usage),
             }
         };
-        let vertices = buffer(
+        let vertices = Table::new(
+            gpu,
             "resample::vertices",
-            vertices,
-            size_of::<Vertex>(),
+            2 * vertices,
             old.map(|o| &o.vertices),
         )?;
         let lists = buffer("resample::lists", cells, 8, old.map(|o| &o.lists))?;
-        let cells = buffer("resample::cells", cells, 16, old.map(|o| &o.cells))?;
+        let cells = Table::new(gpu, "resample::cells", cells, old.map(|o| &o.cells))?;
         let cell_scalars = buffer(
             "resample::cell scalars",
             cell_scalars,
@@ -355,14 +347,19 @@ impl Buffers {
             let bytes = size_of::<Work>() as u64;
             let work = gpu.buffer("resample::work", bytes, usage)?;
             gpu.checked(LABEL, 0, || {
-                let of_mesh = [&work, &vertices, &cells, &cell_scalars, counts, &lists];
-                let mut resources: Vec<_> = of_mesh.iter().map(|b| b.as_entire_binding()).collect();
-                let fill = group(gpu, LABEL, fill_layout, &resources);
-                resources.push(workgroups.as_entire_binding());
+                let views = [&vertices, &cells].map(|t| t.0.create_view(&Default::default()));
+                let [vertices, cells] = &views;
+                let resources = [
+                    work.as_entire_binding(),
+                    wgpu::BindingResource::TextureView(vertices),
+                    wgpu::BindingResource::TextureView(cells),
+                    cell_scalars.as_entire_binding(),
+                    counts.as_entire_binding(),
+                    lists.as_entire_binding(),
+                ];
                 Part {
-                    list: group(gpu, LABEL, list_layout, &resources),
+                    group: group(gpu, LABEL, layout, &resources),
                     of_grid: *of_grid,
-                    fill,
                     work,
                 }
             })
@@ -381,12 +378,74 @@ impl Buffers {
         let holds = |buffer: &wgpu::Buffer, count: usize, bytes: usize| {
             buffer.size() >= count as u64 * bytes as u64
         };
-        holds(&self.vertices, vertices, size_of::<Vertex>())
-            && holds(&self.cells, cells, 16)
+        self.vertices.texels() >= 2 * vertices as u64
+            && self.cells.texels() >= cells as u64
             && holds(&self.lists, cells, 8)
             && holds(&self.cell_scalars, cell_scalars, 4)
     }
 }
+
+/// Texels of four 32-bit numbers, [`TEXELS_PER_ROW`] in each row.
+#[derive(Debug)]
+struct Table(wgpu::Texture);
+
+impl Table {
+    /// One of at least `texels` texels: `old` if it has them.
+    fn new(gpu: &Gpu, label: &str, texels: usize, old: Option<&Table>) -> Result<Table, Error> {
+        let texels = texels as u64;
+        let made = |texels: u64| {
+            let rows = texels.div_ceil(TEXELS_PER_ROW.into()).max(1);
+            let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+            // What does not fit is refused with the texture.
+            let rows = rows.min(u32::MAX.into()) as u32;
+            gpu.texture(label, (TEXELS_PER_ROW, rows), TABLE_FORMAT, usage)
+        };
+        match old {
+            Some(old) if old.texels() >= texels => Ok(Table(old.0.clone())),
+            // Meshes that change grow by a little many times.
+            Some(_) => made(texels + texels / 4)
+                .or_else(|_| made(texels))
+                .map(Table),
+            None => made(texels).map(Table),
+        }
+    }
+
+    fn texels(&self) -> u64 {
+        u64::from(self.0.width()) * u64::from(self.0.height())
+    }
+
+    /// Writes texels from the first on.
+    fn write(&self, gpu: &Gpu, bytes: &[u8]) -> Result<(), Error> {
+        let row = 16 * TEXELS_PER_ROW as usize;
+        let (rows, last) = bytes.split_at(bytes.len() - bytes.len() % row);
+        let write = |y: usize, width: usize, bytes: &[u8]| match bytes.is_empty() {
+            true => Ok(()),
+            false => {
+                let size = wgpu::Extent3d {
+                    width: width as u32,
+                    height: (bytes.len() / (16 * width)) as u32,
+                    depth_or_array_layers: 1,
+                };
+                let origin = wgpu::Origin3d {
+                    y: y as u32,
+                    ..Default::default()
+                };
+                gpu.write_texels(&self.0, origin, size, bytes)
+            }
+        };
+        write(0, TEXELS_PER_ROW as usize, rows)?;
+        write(rows.len() / row, last.len() / 16, last)
+    }
+}
+
+const TABLE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+
+/// A table that shaders read.
+const TABLE: wgpu::BindingType = wgpu::BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Uint,
+    view_dimension: wgpu::TextureViewDimension::D2,
+    multisampled: false,
+};
 
 /// The parts of a grid that are filled one by one, of at most [`RESAMPLE_SIDE`] samples along
 /// each axis; nearly always one.

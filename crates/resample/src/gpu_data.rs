@@ -33,13 +33,13 @@ pub(crate) struct Work {
 #[cfg(test)]
 mod tests {
     use tetrascope_shaders::assert_layout;
-    use tetrascope_shaders::resample::{FILL, FILL_COUNTED, LIST};
+    use tetrascope_shaders::resample::{FILL, FILL_COUNTED};
 
     use super::*;
 
     #[test]
     fn structs_have_the_layout_of_their_twins() {
-        for program in [LIST, FILL, FILL_COUNTED] {
+        for program in [FILL, FILL_COUNTED] {
             assert_layout!(
                 program,
                 Vertex {

@@ -9,9 +9,9 @@
 //!
 //! 1. `placed` takes vertices into the grid's own units, in f64, and leaves there each
 //!    vertex's nearest sample and its distance from it (`mesh.wgsl`).
-//! 2. `direct` records the passes. `list.wgsl` lists the cells that have samples in them, those of
-//!    much work apart. `fill.wgsl` goes through the columns of samples that a cell meets, and
-//!    `column.wgsl` finds the part of a column in the cell and writes the samples there.
+//! 2. `direct` records the passes. `fill.wgsl` goes through the columns of samples that a cell meets,
+//!    cells with much to do apart (`arrange.wgsl`), and `column.wgsl` finds the part of a column in
+//!    the cell and writes the samples there.
 //! 3. [`Resampler`] is a mesh and its grid.
 //!
 //! # Departures from the paper

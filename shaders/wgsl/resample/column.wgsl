@@ -14,6 +14,7 @@ struct Cell {
     flipped: bool,                               // whether that order is left-handed
     low: vec2i,                                  // its columns: the first,
     size: vec2u,                                 // and how many
+    depth: u32,                                  // samples along them, at most
 }
 
 // Where a column crosses a face.
@@ -25,12 +26,12 @@ struct Crossing {
 }
 
 fn cell_of(index: u32) -> Cell {
-    var ids = cells[index];
+    var ids = corners_of(index);
     var keys = vec4u(
-        vertices[ids.x].key,
-        vertices[ids.y].key,
-        vertices[ids.z].key,
-        vertices[ids.w].key,
+        key_of(ids.x),
+        key_of(ids.y),
+        key_of(ids.z),
+        key_of(ids.w),
     );
     // Sort by place; a swap turns the handedness.
     var odd = work.flipped == 1u;
@@ -45,19 +46,28 @@ fn cell_of(index: u32) -> Cell {
     odd = odd != (swap01.x != swap01.y);
     odd = odd != (swap02.x != swap02.y);
     odd = odd != swap12;
-    let a = vertices[ids.x];
-    let b = vertices[ids.y];
-    let c = vertices[ids.z];
-    let d = vertices[ids.w];
-    let first = min(min(first_from(a), first_from(b)), min(first_from(c), first_from(d)));
+    let a = vertex_of(ids.x);
+    let b = vertex_of(ids.y);
+    let c = vertex_of(ids.z);
+    let d = vertex_of(ids.w);
+    // The samples between the least and the greatest corner, exactly across, and along the columns
+    // with those that a face before them may count as through.
+    let span = max(max(a.sample, b.sample), max(c.sample, d.sample))
+        - min(min(a.sample, b.sample), min(c.sample, d.sample)) + vec3f(1.0);
+    let before = vec3f(0.0, 0.0, 2.0 * SNAP * max(span.x, max(span.y, span.z)));
+    let first = min(
+        min(first_from(a, before), first_from(b, before)),
+        min(first_from(c, before), first_from(d, before)),
+    );
     let last = max(max(last_to(a), last_to(b)), max(last_to(c), last_to(d)));
-    let low = max(vec2i(clamp(first, vec2f(-1e6), vec2f(1e6))), work.low);
-    let high = min(vec2i(clamp(last, vec2f(-1e6), vec2f(1e6))) + 1, work.high);
+    let low = max(whole(first), vec3i(work.low, work.first));
+    let high = min(whole(last) + vec3i(1), vec3i(work.high, work.end));
+    let size = vec3u(max(high - low, vec3i(0)));
     return Cell(
         a.sample, b.sample, c.sample, d.sample,
         a.offset, b.offset, c.offset, d.offset,
         scalars_of(index, vec4f(a.scalar, b.scalar, c.scalar, d.scalar)),
-        odd, low, vec2u(max(high - low, vec2i(0))),
+        odd, low.xy, size.xy, size.z,
     );
 }
 
@@ -66,14 +76,19 @@ fn is_behind(key: vec2u, other_key: vec2u, id: vec2u, other_id: vec2u) -> vec2<b
     return (key > other_key) | ((key == other_key) & (id > other_id));
 }
 
-// The first column that is not before the vertex.
-fn first_from(v: Vertex) -> vec2f {
-    return v.sample.xy + select(vec2f(0.0), vec2f(1.0), v.offset.xy > vec2f(0.0));
+// The first sample that is not farther before the vertex than that.
+fn first_from(v: Vertex, before: vec3f) -> vec3f {
+    return v.sample + select(vec3f(0.0), vec3f(1.0), v.offset > before);
 }
 
-// The last column that is not behind it.
-fn last_to(v: Vertex) -> vec2f {
-    return v.sample.xy - select(vec2f(0.0), vec2f(1.0), v.offset.xy < vec2f(0.0));
+// The last sample that is not behind it.
+fn last_to(v: Vertex) -> vec3f {
+    return v.sample - select(vec3f(0.0), vec3f(1.0), v.offset < vec3f(0.0));
+}
+
+// No grid has as many samples along an axis.
+fn whole(sample: vec3f) -> vec3i {
+    return vec3i(clamp(sample, vec3f(-1e6), vec3f(1e6)));
 }
 
 // Writes the samples of column number `index` of the cell's.

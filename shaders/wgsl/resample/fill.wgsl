@@ -1,26 +1,42 @@
-// Fill: the cells of each list, column by column.
+// Fill: the samples in each cell, column by column.
 //
 // With: common/sides.wgsl, resample/mesh.wgsl, resample/column.wgsl, one of resample/put*.wgsl
 
-// Cells in each list.
-@group(0) @binding(4) var<storage, read> counts: array<u32, 4>;
-// As in list.wgsl.
-@group(0) @binding(5) var<storage, read> lists: array<u32>;
-// List 0: an invocation for each cell.
+// How many cells are in lists 1 to 3, which are those with much to do.
+@group(0) @binding(4) var<storage, read_write> counts: array<atomic<u32>, 4>;
+// Lists 1 and 2 share the first part, one number for each cell, from its ends; 3 is behind it.
+@group(0) @binding(5) var<storage, read_write> lists: array<u32>;
+
+// Columns that a workgroup, and 64 of them, take at most; 4096 take all there can be.
+const OF_ONE: u32 = 1024u;
+const OF_64: u32 = 65536u;
+
+// Passes of loops for a column beside those for its samples: six ties of `sides`, and tests.
+const COLUMN_PASSES: u32 = 10u;
+
+// An invocation for each cell: finishes it, or lists it where it is too much work for one.
 @compute @workgroup_size(64)
 fn cs_small(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) size: vec3u) {
-    let place = id.x + 64u * size.x * id.y;
-    if place >= counts[0] {
+    let index = id.x + 64u * size.x * id.y;
+    if index >= work.cell_count {
         return;
     }
-    let cell = cell_of(lists[place]);
+    let cell = cell_of(index);
     let columns = cell.size.x * cell.size.y;
+    if columns * cell.depth == 0u || any(cell.scalars >= vec4f(NO_VALUE)) {
+        return;
+    }
+    if columns * (cell.depth + COLUMN_PASSES) > work.small {
+        let list = select(select(3u, 2u, columns <= OF_64), 1u, columns <= OF_ONE);
+        lists[place_of(list, atomicAdd(&counts[list], 1u))] = index;
+        return;
+    }
     for (var column = 0u; column < columns; column++) {
         fill_column(cell, column);
     }
 }
 
-// Lists 1 to 3: `size.x` workgroups for each cell, which share its columns.
+// `size.x` workgroups for each cell of a list, which share its columns.
 @compute @workgroup_size(64)
 fn cs_large(
     @builtin(workgroup_id) id: vec3u,
@@ -30,16 +46,18 @@ fn cs_large(
     // 1, 64 and 4096 workgroups.
     let list = select(select(1u, 2u, size.x > 1u), 3u, size.x > 64u);
     let place = id.y + size.y * id.z;
-    if place >= counts[list] {
+    if place >= atomicLoad(&counts[list]) {
         return;
     }
-    let count = work.cell_count;
-    let from_start = (list >> 1u) * count + place;
-    let from_end = ((list >> 1u) + 1u) * count - 1u - place;
-    let cell = cell_of(lists[select(from_start, from_end, (list & 1u) == 1u)]);
+    let cell = cell_of(lists[place_of(list, place)]);
     let columns = cell.size.x * cell.size.y;
     let step = 64u * size.x;
     for (var column = 64u * id.x + lane; column < columns; column += step) {
         fill_column(cell, column);
     }
+}
+
+fn place_of(list: u32, place: u32) -> u32 {
+    let count = work.cell_count;
+    return select(select(place, count - 1u - place, list == 2u), count + place, list == 3u);
 }

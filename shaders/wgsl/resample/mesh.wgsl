@@ -36,8 +36,10 @@ const NO_VALUE: f32 = 0x1.fffffep127f;
 const SNAP: f32 = 4.76837158203125e-7;
 
 @group(0) @binding(0) var<storage, read> work: Work;
-@group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
-@group(0) @binding(2) var<storage, read> cells: array<vec4u>;
+// Two texels for each vertex, and one for each cell; software rasterizers read texels several
+// times faster than buffers. Texel i is at (i % 4096, i / 4096).
+@group(0) @binding(1) var vertices: texture_2d<u32>;
+@group(0) @binding(2) var cells: texture_2d<u32>;
 // One for each cell, if they have any.
 @group(0) @binding(3) var<storage, read> cell_scalars: array<f32>;
 
@@ -49,4 +51,19 @@ fn scalars_of(cell: u32, of_vertices: vec4f) -> vec4f {
         return vec4f(cell_scalars[cell]);
     }
     return of_vertices;
+}
+
+fn corners_of(cell: u32) -> vec4u {
+    return textureLoad(cells, vec2u(cell & 4095u, cell >> 12u), 0);
+}
+
+fn key_of(id: u32) -> u32 {
+    return textureLoad(vertices, vec2u((2u * id) & 4095u, id >> 11u), 0).w;
+}
+
+fn vertex_of(id: u32) -> Vertex {
+    let at = vec2u((2u * id) & 4095u, id >> 11u);
+    let near = textureLoad(vertices, at, 0);
+    let rest = bitcast<vec4f>(textureLoad(vertices, at + vec2u(1u, 0u), 0));
+    return Vertex(bitcast<vec3f>(near.xyz), near.w, rest.xyz, rest.w);
 }
