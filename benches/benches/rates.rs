@@ -2,7 +2,9 @@
 //! `rates/empty frame/slicing`, `rates/edit/projection order=mpvo`.
 //!
 //! An empty frame is 64×64 pixels of a volume that is transparent throughout: passes, submission
-//! and readback, and nothing else. An edit moves a knot, as a person does who drags it.
+//! and readback, and nothing else. An edit moves a knot, as a person does who drags it; `edit/hiding`
+//! makes a knot transparent and opaque in turn, so that other cells show each time; `edit/and
+//! frame` draws 64×64 pixels after each edit, so that what an edit leaves to the frame is seen.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -42,6 +44,18 @@ fn edited(look: &Appearance, n: usize) -> Appearance {
     if index > 0 && index + 1 < knots.len() {
         let gap = knots[index].scalar - knots[index - 1].scalar;
         knots[index].scalar -= share * gap;
+    }
+    let mut edited = look.clone();
+    edited.transfer_function = TransferFunction::new(knots).expect("sorted");
+    edited
+}
+
+/// `look` in which every second time the last knots are transparent.
+fn hiding(look: &Appearance, n: usize) -> Appearance {
+    let mut knots = look.transfer_function.knots().to_vec();
+    let last = knots.len() - 1;
+    for knot in &mut knots[last - 1..] {
+        knot.extinction *= (n % 2) as f64;
     }
     let mut edited = look.clone();
     edited.transfer_function = TransferFunction::new(knots).expect("sorted");
@@ -104,6 +118,19 @@ fn rates(criterion: &mut Criterion) {
                     b.iter(|| {
                         n += 1;
                         renderer.restyle(&edited(&look, n)).expect("a look");
+                    });
+                });
+                group.bench_function(format!("hiding {what}"), |b| {
+                    b.iter(|| {
+                        n += 1;
+                        renderer.restyle(&hiding(&look, n)).expect("a look");
+                    });
+                });
+                group.bench_function(format!("and frame {what}"), |b| {
+                    b.iter(|| {
+                        n += 1;
+                        renderer.restyle(&edited(&look, n)).expect("a look");
+                        black_box(renderer.render(&view).expect("a frame"));
                     });
                 });
                 group.finish();

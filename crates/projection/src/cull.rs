@@ -1,8 +1,9 @@
 //! Which cells can show, whenever appearance or scalars change, and the list of what is drawn.
 //!
 //! On the CPU, which knows the least and the greatest scalar of each cell: how many items there are
-//! decides what is allocated, so a device would be waited for twice. 187 000 cells take some 8 ms;
-//! passes took 136 ms on llvmpipe, half of that in barriers.
+//! decides what is allocated, so a device would be waited for twice. 187 000 cells take some 2 ms on
+//! two cores, and another if they are drawn in pieces; passes took 136 ms on llvmpipe, half of that
+//! in barriers. Lists that an edit leaves as they were stay on the device.
 //!
 //! Left out are cells without volume, cells with a scalar that is NaN, and cells whose scalars map
 //! to nothing: no extinction, or black where only color counts. Where isosurfaces are drawn, cells
@@ -33,12 +34,15 @@ const FEW: usize = 32;
 /// What a list without pieces has, as in `order.wgsl`.
 const NO_CELL: u32 = u32::MAX;
 
+/// Cells of which the intervals are counted together.
+const BLOCK: usize = 256;
+
 /// What is left to draw.
 #[derive(Debug)]
 pub(crate) struct Culled {
     /// The first and the last interval of each of the mesh's cells, 16 bits each.
     pub(crate) ranges: wgpu::Buffer,
-    /// The items that are drawn: cells or, where `in_pieces`, those.
+    /// The items that are drawn: cells or, where `in_pieces`, those. It may have room for more.
     pub(crate) drawn: wgpu::Buffer,
     /// A cell and what of it is drawn, by piece; see `pieces.wgsl`.
     pub(crate) pieces: wgpu::Buffer,
@@ -47,6 +51,8 @@ pub(crate) struct Culled {
     pub(crate) in_pieces: bool,
     /// Whether pieces are in parts, none of an optical depth above 1.
     pub(crate) in_parts: bool,
+    /// What the buffers were made from, so that the next list takes over those that stay.
+    verdicts: Arc<Verdicts>,
 }
 
 /// What an order that is made on the CPU has to know of the cells that are drawn.
@@ -57,6 +63,7 @@ pub(crate) struct Listed {
     /// The first piece of each of the mesh's cells, and the end of the last, where cells are
     /// drawn in pieces.
     starts: Option<Arc<[u32]>>,
+    is_made: bool,
 }
 
 impl Listed {
@@ -82,89 +89,251 @@ pub(crate) struct Judged<'a> {
     pub(crate) pieces: bool,
 }
 
-/// In what a cell is drawn.
-#[derive(Clone, Copy, Debug, Default)]
-struct Verdict {
-    /// The first and the last interval of its scalars.
-    range: [u16; 2],
-    /// Its pieces, one for each of those; 0 if it is not drawn.
-    pieces: u32,
-    /// The parts of each, for `segment_weights`; more than [`MOST_PARTS`] if that is unknown.
-    parts: u32,
+/// What was found of each cell.
+#[derive(Debug, PartialEq)]
+struct Verdicts {
+    /// The first and the last interval of its scalars, 16 bits each.
+    ranges: Vec<u32>,
+    /// In what it is drawn.
+    shares: Vec<Share>,
 }
 
-/// Lists what of `judged` is drawn; also for the CPU if it asks, else that list is empty.
-pub(crate) fn cull(gpu: &Gpu, judged: &Judged, is_listed: bool) -> Result<(Culled, Listed), Error> {
-    let judge = Judge::new(judged);
-    let verdicts = judge.all(&judged.field.extents, &judged.geometry.longest_edges);
-    let shown = || (0_u32..).zip(&verdicts).filter(|(_, v)| v.pieces > 0);
-    let (mut cells, mut pieces, mut parts, mut uncounted) = (0_u32, 0_u64, 0_u64, false);
-    for (_, verdict) in shown() {
-        cells += 1;
-        pieces += u64::from(verdict.pieces);
-        parts += u64::from(verdict.pieces) * u64::from(verdict.parts);
-        uncounted |= verdict.parts > MOST_PARTS;
+/// In what a cell is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Share {
+    /// Its pieces, one for each interval of its scalars; 0 if it is not drawn.
+    pieces: u16,
+    /// The parts of each, for `segment_weights`; more than [`MOST_PARTS`] if that is unknown.
+    parts: u16,
+}
+
+/// What some cells come to.
+#[derive(Clone, Copy, Debug, Default)]
+struct Total {
+    cells: u32,
+    pieces: u64,
+    parts: u64,
+    /// Whether the parts of one are unknown.
+    is_uncounted: bool,
+}
+
+impl Total {
+    fn add(&mut self, share: Share) {
+        self.cells += u32::from(share.pieces > 0);
+        self.pieces += u64::from(share.pieces);
+        self.parts += u64::from(share.pieces) * u64::from(share.parts);
+        self.is_uncounted |= share.pieces > 0 && u32::from(share.parts) > MOST_PARTS;
+    }
+}
+
+/// In what all cells are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Unit {
+    Cell,
+    Piece,
+    Part,
+}
+
+impl Unit {
+    fn items(self, share: Share) -> u32 {
+        match self {
+            Unit::Cell => u32::from(share.pieces > 0),
+            Unit::Piece => share.pieces.into(),
+            Unit::Part => u32::from(share.pieces) * u32::from(share.parts),
+        }
+    }
+}
+
+/// Lists what of `judged` is drawn; also for the CPU if it asks, else that list is empty. What is
+/// the same as in `last` is taken from there.
+pub(crate) fn cull(
+    gpu: &Gpu,
+    judged: &Judged,
+    is_listed: bool,
+    last: Option<(&Culled, &Listed)>,
+) -> Result<(Culled, Listed), Error> {
+    let extents = &judged.field.extents;
+    let (verdicts, totals) = Judge::new(judged).all(extents, &judged.geometry.longest_edges);
+    let mut total = Total::default();
+    for t in &totals {
+        total.cells += t.cells;
+        total.pieces += t.pieces;
+        total.parts += t.parts;
+        total.is_uncounted |= t.is_uncounted;
     }
     let fit = |items: u64| {
-        judged.pieces && items <= MOST_PIECES * u64::from(cells) && items <= u64::from(u32::MAX / 4)
+        let most = MOST_PIECES * u64::from(total.cells);
+        judged.pieces && items <= most && items <= u64::from(u32::MAX / 4)
     };
-    let in_parts = fit(parts) && !uncounted && judged.model == OpticalModel::EmissionAbsorption;
-    let in_pieces = in_parts || fit(pieces);
-    let items_of = |verdict: &Verdict| match (in_pieces, in_parts) {
-        (_, true) => verdict.pieces * verdict.parts,
-        (true, false) => verdict.pieces,
-        (false, false) => 1,
+    let in_parts =
+        fit(total.parts) && !total.is_uncounted && judged.model == OpticalModel::EmissionAbsorption;
+    let in_pieces = in_parts || fit(total.pieces);
+    let unit = match (in_pieces, in_parts) {
+        (_, true) => Unit::Part,
+        (true, false) => Unit::Piece,
+        (false, false) => Unit::Cell,
     };
-    let mut list: Vec<[u32; 2]> = Vec::new();
-    let drawn: Vec<u32> = match in_pieces {
-        false => shown().map(|(cell, _)| cell).collect(),
-        true => {
-            list.reserve(if in_parts { parts } else { pieces } as usize);
-            for (cell, verdict) in shown() {
-                let parts = if in_parts { verdict.parts } else { 1 };
-                for piece in 0..verdict.pieces {
-                    let what = |part: u32| piece | part << 16 | (parts - 1) << 24;
-                    list.extend((0..parts).map(|part| [cell, what(part)]));
-                }
-            }
-            (0..list.len() as u32).collect()
-        }
-    };
-    let mut listed = Listed::default();
-    if is_listed {
-        listed.cells = shown().map(|(cell, _)| cell).collect();
-        listed.starts = in_pieces.then(|| {
-            let mut start = 0;
-            let starts = verdicts.iter().map(|verdict| {
-                let items = if verdict.pieces > 0 {
-                    items_of(verdict)
-                } else {
-                    0
-                };
-                start += items;
-                start - items
-            });
-            let mut starts: Vec<u32> = starts.collect();
-            starts.push(drawn.len() as u32);
-            starts.into()
-        });
-    }
-    let packed = |v: &Verdict| u32::from(v.range[0]) | u32::from(v.range[1]) << 16;
-    let ranges: Vec<u32> = verdicts.iter().map(packed).collect();
-    if list.is_empty() {
-        list.push([NO_CELL, 0]);
-    }
     let storage = BufferUsages::STORAGE;
-    let culled = Culled {
-        ranges: gpu.upload("the cells' intervals", &ranges, storage)?,
-        drawn: gpu.upload("the list of drawn cells", &drawn, storage)?,
-        pieces: gpu.upload("the cells' pieces", &list, storage)?,
-        items: drawn.len() as u32,
+    let ranges = match last {
+        Some((last, _)) if last.verdicts.ranges == verdicts.ranges => last.ranges.clone(),
+        _ => gpu.upload("the cells' intervals", &verdicts.ranges, storage)?,
+    };
+    let is_same = |last: &(&Culled, &Listed)| {
+        (last.0.in_pieces, last.0.in_parts) == (in_pieces, in_parts)
+            && last.1.is_made == is_listed
+            && last.0.verdicts.shares == verdicts.shares
+    };
+    if let Some((last, listed)) = last.filter(is_same) {
+        let culled = Culled {
+            ranges,
+            drawn: last.drawn.clone(),
+            pieces: last.pieces.clone(),
+            verdicts: Arc::new(verdicts),
+            ..*last
+        };
+        return Ok((culled, listed.clone()));
+    }
+    let Lists {
         cells,
+        mut pieces,
+        starts,
+    } = lists(&verdicts.shares, &totals, unit);
+    let items = match in_pieces {
+        true => pieces.len(),
+        false => cells.len(),
+    };
+    // Pieces are numbered, and that list is good for any that are not more.
+    let numbered = |last: &(&Culled, &Listed)| {
+        last.0.in_pieces && (items as u64..=8 * items as u64).contains(&(last.0.drawn.size() / 4))
+    };
+    let label = "the list of drawn cells";
+    let drawn = match (in_pieces, last.filter(numbered)) {
+        (true, Some((last, _))) => last.drawn.clone(),
+        (true, None) => {
+            let numbers: Vec<u32> = (0..items as u32).collect();
+            gpu.upload(label, &numbers, storage)?
+        }
+        (false, _) => gpu.upload(label, &cells, storage)?,
+    };
+    if pieces.is_empty() {
+        pieces.push([NO_CELL, 0]);
+    }
+    let listed = match is_listed {
+        true => Listed {
+            cells: cells.into(),
+            starts: in_pieces.then(|| starts.into()),
+            is_made: true,
+        },
+        false => Listed::default(),
+    };
+    let culled = Culled {
+        ranges,
+        drawn,
+        pieces: gpu.upload("the cells' pieces", &pieces, storage)?,
+        items: items as u32,
+        cells: total.cells,
         in_pieces,
         in_parts,
+        verdicts: Arc::new(verdicts),
     };
     Ok((culled, listed))
+}
+
+/// What is drawn.
+struct Lists {
+    cells: Vec<u32>,
+    /// As in [`Culled::pieces`]; empty where cells are drawn whole.
+    pieces: Vec<[u32; 2]>,
+    /// As in [`Listed`]; empty where cells are drawn whole.
+    starts: Vec<u32>,
+}
+
+/// Lists cells with these shares, of which each chunk comes to one of `totals`.
+fn lists(shares: &[Share], totals: &[Total], unit: Unit) -> Lists {
+    let in_pieces = unit != Unit::Cell;
+    let items = |total: &Total| match unit {
+        Unit::Cell => 0,
+        Unit::Piece => total.pieces as usize,
+        Unit::Part => total.parts as usize,
+    };
+    let all: usize = totals.iter().map(items).sum();
+    let mut made = Lists {
+        cells: vec![0; totals.iter().map(|total| total.cells as usize).sum()],
+        pieces: vec![[0; 2]; all],
+        starts: vec![0; if in_pieces { shares.len() + 1 } else { 0 }],
+    };
+    let (mut cells, mut pieces) = (&mut made.cells[..], &mut made.pieces[..]);
+    let mut starts = &mut made.starts[..];
+    let (mut first_cell, mut first_item) = (0_u32, 0_u32);
+    let mut tasks = Vec::new();
+    for (shares, total) in shares.chunks(chunk(shares.len())).zip(totals) {
+        let (own_cells, own_pieces, own_starts);
+        (own_cells, cells) = cells.split_at_mut(total.cells as usize);
+        (own_pieces, pieces) = pieces.split_at_mut(items(total));
+        (own_starts, starts) = starts.split_at_mut(if in_pieces { shares.len() } else { 0 });
+        tasks.push((
+            shares, first_cell, first_item, own_cells, own_pieces, own_starts,
+        ));
+        first_cell += shares.len() as u32;
+        first_item += items(total) as u32;
+    }
+    if let [end] = starts {
+        *end = all as u32;
+    }
+    in_threads(
+        tasks,
+        |(shares, first_cell, first_item, cells, pieces, starts)| {
+            let (mut cells, mut pieces) = (cells.iter_mut(), pieces.iter_mut());
+            let mut starts = starts.iter_mut();
+            let mut item = first_item;
+            for (cell, share) in (first_cell..).zip(shares) {
+                if let Some(start) = starts.next() {
+                    *start = item;
+                }
+                if share.pieces == 0 {
+                    continue;
+                }
+                if let Some(place) = cells.next() {
+                    *place = cell;
+                }
+                if !in_pieces {
+                    continue;
+                }
+                item += unit.items(*share);
+                let parts = match unit {
+                    Unit::Part => u32::from(share.parts),
+                    _ => 1,
+                };
+                for piece in 0..u32::from(share.pieces) {
+                    for part in 0..parts {
+                        if let Some(place) = pieces.next() {
+                            *place = [cell, piece | part << 16 | (parts - 1) << 24];
+                        }
+                    }
+                }
+            }
+        },
+    );
+    made
+}
+
+/// How many of so many cells a thread takes.
+fn chunk(cells: usize) -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    // Below that a thread costs more than it gains.
+    cells.div_ceil(cores).max(1 << 14)
+}
+
+/// Does `work` for each of `tasks` in a thread of its own, the last in this one.
+fn in_threads<T: Send>(mut tasks: Vec<T>, work: impl Fn(T) + Sync) {
+    let last = tasks.pop();
+    std::thread::scope(|scope| {
+        for task in tasks {
+            let work = &work;
+            scope.spawn(move || work(task));
+        }
+        last.map(&work);
+    });
 }
 
 /// What cells are judged by.
@@ -176,6 +345,10 @@ struct Judge<'a> {
     /// For each interval the next, from it on, at one end of which something shows.
     next_shown: Vec<u32>,
     isovalues: Vec<f32>,
+    /// The greatest extinction.
+    densest: f32,
+    /// Whether cells may be drawn in pieces.
+    pieces: bool,
 }
 
 impl Judge<'_> {
@@ -198,45 +371,81 @@ impl Judge<'_> {
             ends: intervals[1..].iter().map(|interval| interval.low).collect(),
             next_shown,
             isovalues,
+            densest: intervals
+                .iter()
+                .flat_map(|i| [i.at_low[3], i.at_high[3]])
+                .fold(0.0, f32::max),
+            pieces: judged.pieces,
         }
     }
 
-    /// Judges cells with these least and greatest scalars and longest edges, on all cores.
-    fn all(&self, extents: &[[f32; 2]], longest: &[f32]) -> Vec<Verdict> {
-        let mut verdicts = vec![Verdict::default(); extents.len()];
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        // Below that a thread costs more than it gains.
-        let share = extents.len().div_ceil(cores).max(1 << 14);
-        std::thread::scope(|scope| {
-            let chunks = verdicts.chunks_mut(share);
-            for ((verdicts, extents), longest) in
-                chunks.zip(extents.chunks(share)).zip(longest.chunks(share))
-            {
-                let mut judge = move || {
-                    let cells = extents.iter().zip(longest);
-                    for (verdict, (extent, longest)) in verdicts.iter_mut().zip(cells) {
-                        *verdict = self.verdict(*extent, *longest);
-                    }
-                };
-                match extents.len() < share {
-                    // The last, or the only one.
-                    true => judge(),
-                    false => drop(scope.spawn(judge)),
+    /// Judges cells with these least and greatest scalars and longest edges, on all cores. Also
+    /// says what each [`chunk`] of them comes to.
+    fn all(&self, extents: &[[f32; 2]], longest: &[f32]) -> (Verdicts, Vec<Total>) {
+        let chunk = chunk(extents.len());
+        let mut verdicts = Verdicts {
+            ranges: vec![0; extents.len()],
+            shares: vec![Share::default(); extents.len()],
+        };
+        let mut totals = vec![Total::default(); extents.len().div_ceil(chunk)];
+        let ranges = verdicts.ranges.chunks_mut(chunk);
+        let shares = verdicts.shares.chunks_mut(chunk);
+        let given = extents.chunks(chunk).zip(longest.chunks(chunk));
+        let found = ranges.zip(shares).zip(&mut totals);
+        in_threads(
+            given.zip(found).collect(),
+            |(given, ((ranges, shares), total))| {
+                let given = given.0.chunks(BLOCK).zip(given.1.chunks(BLOCK));
+                let found = ranges.chunks_mut(BLOCK).zip(shares.chunks_mut(BLOCK));
+                for ((extents, longest), (ranges, shares)) in given.zip(found) {
+                    self.block(extents, longest, ranges, shares);
+                    shares.iter().for_each(|share| total.add(*share));
+                }
+            },
+        );
+        (verdicts, totals)
+    }
+
+    /// Judges up to [`BLOCK`] cells.
+    fn block(
+        &self,
+        extents: &[[f32; 2]],
+        longest: &[f32],
+        ranges: &mut [u32],
+        shares: &mut [Share],
+    ) {
+        // The interval that one enters at the least scalar on the way up, and at the greatest on
+        // the way down: what only touches a knot is not beyond it.
+        let (mut above, mut below) = ([0_u32; BLOCK], [0_u32; BLOCK]);
+        let intervals = above.iter_mut().zip(&mut below);
+        if self.ends.len() <= FEW {
+            // Ends outside and cells inside, so that this is compiled to vectors.
+            for end in &self.ends {
+                for ((above, below), [low, high]) in above.iter_mut().zip(&mut below).zip(extents) {
+                    *above += u32::from(end <= low);
+                    *below += u32::from(end < high);
                 }
             }
-        });
-        verdicts
+        } else {
+            for ((above, below), [low, high]) in intervals.zip(extents) {
+                *above = self.ends.partition_point(|end| end <= low) as u32;
+                *below = self.ends.partition_point(|end| end < high) as u32;
+            }
+        }
+        let given = extents.iter().zip(longest).zip(above.iter().zip(&below));
+        let found = ranges.iter_mut().zip(shares);
+        for (((extent, longest), (above, below)), (range, share)) in given.zip(found) {
+            // A constant on a knot is on both of its sides.
+            let (first, last) = (*above.min(below), *above.max(below));
+            if !extent[0].is_nan() {
+                *range = first | last << 16;
+                *share = self.share([first, last].map(|i| i as usize), *extent, *longest);
+            }
+        }
     }
 
-    fn verdict(&self, [low, high]: [f32; 2], longest: f32) -> Verdict {
-        if low.is_nan() {
-            return Verdict::default();
-        }
-        // What only touches a knot is not beyond it, unless it is constant: then it is on both
-        // sides.
-        let (above, below) = (self.interval_above(low), self.interval_below(high));
-        let (first, last) = (above.min(below), above.max(below));
-        let range = [first as u16, last as u16];
+    /// Of a cell with scalars in the intervals from `first` to `last`.
+    fn share(&self, [first, last]: [usize; 2], [low, high]: [f32; 2], longest: f32) -> Share {
         let is_constant = low == high;
         let shown = match self.model {
             OpticalModel::Isosurfaces => self.has_isovalue(low, high),
@@ -245,36 +454,26 @@ impl Judge<'_> {
             _ => self.next_shown[first] as usize <= last,
         };
         if longest == 0.0 || !shown {
-            return Verdict {
-                range,
-                ..Verdict::default()
+            return Share::default();
+        }
+        if !self.pieces {
+            return Share {
+                pieces: 1,
+                parts: 1,
             };
         }
-        Verdict {
-            range,
-            pieces: match is_constant {
-                true => 1,
-                false => (last - first) as u32 + 1,
-            },
-            parts: self.parts([first, last], [low, high], longest),
-        }
-    }
-
-    /// The interval that one enters at `scalar` on the way up.
-    fn interval_above(&self, scalar: f32) -> usize {
-        self.count(|end| end <= scalar)
-    }
-
-    /// The interval that one enters at `scalar` on the way down.
-    fn interval_below(&self, scalar: f32) -> usize {
-        self.count(|end| end < scalar)
-    }
-
-    fn count(&self, is_below: impl Fn(f32) -> bool) -> usize {
-        match self.ends.len() {
-            0..=FEW => self.ends.iter().filter(|end| is_below(**end)).count(),
-            _ => self.ends.partition_point(|end| is_below(*end)),
-        }
+        let pieces = match is_constant {
+            true => 1,
+            false => (last - first) as u16 + 1,
+        };
+        // Almost all are, and `parts` would say so: it samples no more than the densest, but for
+        // a few roundings.
+        let is_thin = self.densest * longest <= 0.999;
+        let parts = match is_thin {
+            true => 1,
+            false => self.parts([first, last], [low, high], longest) as u16,
+        };
+        Share { pieces, parts }
     }
 
     /// Whether low < v ≤ high for one of the isovalues, as `surfaces.wgsl` decides.
@@ -337,6 +536,7 @@ impl Culled {
             cells: self.cells,
             in_pieces: false,
             in_parts: false,
+            verdicts: self.verdicts.clone(),
         })
     }
 }
@@ -462,6 +662,7 @@ mod tests {
                                 pieces,
                             },
                             true,
+                            None,
                         );
                         let (culled, listed) = culled.expect("it fits");
                         let (listed, starts) = (listed.cells, listed.starts);
@@ -482,6 +683,62 @@ mod tests {
                         assert_eq!(starts[mesh.cell_count()], culled.items, "{what}");
                     }
                 }
+            }
+        }
+    }
+
+    /// Buffers of an earlier list that stay are taken over, and nothing else.
+    #[test]
+    fn what_an_edit_leaves_as_it_was_is_kept() {
+        let Some(gpu) = tetrascope_testing::gpu("what_an_edit_leaves_as_it_was_is_kept") else {
+            return;
+        };
+        let mesh = row(Association::Point, 20_000, scalars);
+        let geometry = Geometry::upload(&gpu, &mesh, Domain::of(&mesh)).expect("it fits");
+        let model = OpticalModel::EmissionAbsorption;
+        let map = ScalarMap::of(&function());
+        let layout = CellLayout::SharedVertices;
+        let field = Field::upload(&gpu, &geometry, &mesh, map, layout).expect("it fits");
+        // The same, other colors, a knot elsewhere, and one more that shows.
+        let edits: [fn(&mut Vec<Knot>); 4] = [
+            |_| {},
+            |knots| knots[1].color *= 0.5,
+            |knots| knots[1].scalar = 1.25,
+            |knots| knots[7].extinction = 1.0,
+        ];
+        for pieces in [false, true] {
+            let made = |edit: fn(&mut Vec<Knot>), last| {
+                let mut knots = function().knots().to_vec();
+                edit(&mut knots);
+                let edited = TransferFunction::new(knots).expect("sorted");
+                let intervals = knot_pairs(&edited, &map, &geometry.normalization);
+                let judged = Judged {
+                    geometry: &geometry,
+                    field: &field,
+                    model,
+                    intervals: &intervals.expect("few knots"),
+                    isovalues: &[],
+                    pieces,
+                };
+                cull(&gpu, &judged, true, last).expect("it fits")
+            };
+            let first = made(edits[0], None);
+            for (index, edit) in edits.into_iter().enumerate() {
+                let next = made(edit, Some((&first.0, &first.1)));
+                let fresh = made(edit, None);
+                let what = format!("edit {index}, pieces {pieces}");
+                assert_eq!(next.0.ranges == first.0.ranges, index != 2, "{what}");
+                let is_kept = index < if pieces { 2 } else { 3 };
+                assert_eq!(next.0.pieces == first.0.pieces, is_kept, "{what}");
+                assert_eq!(next.1.cells, fresh.1.cells, "{what}");
+                assert_eq!(next.1.starts, fresh.1.starts, "{what}");
+                assert_eq!(next.0.items, fresh.0.items, "{what}");
+                // All lists follow from these.
+                assert_eq!(next.0.verdicts, fresh.0.verdicts, "{what}");
+                assert_eq!(next.0.in_pieces, fresh.0.in_pieces, "{what}");
+                assert_eq!(next.0.in_parts, fresh.0.in_parts, "{what}");
+                let room = next.0.drawn.size() / 4;
+                assert!(room >= u64::from(next.0.items), "{what}");
             }
         }
     }

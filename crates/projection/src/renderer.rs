@@ -65,9 +65,10 @@ impl Projection {
         let transform_pass = TransformPass::new(gpu)?;
         let cell_pass = CellPass::new(gpu)?;
         let mut sorter = Sorter::default();
-        sorter.prepare(gpu, options, &cell_pass, appearance.optical_model, mesh)?;
         let domain = Domain::of(mesh).within(options.domain)?;
         let geometry = Geometry::upload(gpu, mesh, domain)?;
+        let model = appearance.optical_model;
+        sorter.prepare(gpu, options, &cell_pass, model, &geometry)?;
         let map = ScalarMap::of_appearance(appearance, domain.scalar_range);
         let field = Field::upload(gpu, &geometry, mesh, map, options.cell_layout)?;
         let face_pass = match options.exit_search {
@@ -291,10 +292,10 @@ impl Projection {
             &self.options,
             &self.cell_pass,
             model,
-            mesh,
+            &geometry,
         )?;
-        let table = Some(&self.scene.look.table);
-        self.scene = self.parts().scene(appearance, geometry, field, table)?;
+        let last = Some(&self.scene.look);
+        self.scene = self.parts().scene(appearance, geometry, field, last)?;
         Ok(())
     }
 }
@@ -319,7 +320,7 @@ impl VolumeRenderer for Projection {
             &self.options,
             &self.cell_pass,
             model,
-            &geometry.mesh,
+            &geometry,
         )?;
         let range = geometry.domain.scalar_range;
         let field = if self.scene.field.map.suits_appearance(appearance, range) {
@@ -331,8 +332,8 @@ impl VolumeRenderer for Projection {
         };
         let pass = self.surface_pass.clone();
         self.surface_pass = prepared(pass, self.canvas.gpu(), &self.cell_pass, appearance)?;
-        let table = Some(&self.scene.look.table);
-        self.scene = self.parts().scene(appearance, geometry, field, table)?;
+        let last = Some(&self.scene.look);
+        self.scene = self.parts().scene(appearance, geometry, field, last)?;
         Ok(())
     }
 

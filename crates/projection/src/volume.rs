@@ -53,6 +53,8 @@ pub(crate) struct Geometry {
     /// What orders that are made on the CPU know of all cells, made when it is first needed.
     pub(crate) centers: Arc<OnceLock<Arc<[Vec3]>>>,
     pub(crate) shape: Arc<OnceLock<Arc<Shape>>>,
+    /// Why an order by faces may be wrong whatever the view, found when it is first asked for.
+    pub(crate) unproven: Arc<OnceLock<Option<String>>>,
     /// What the vertices are in camera space, once a frame has begun.
     pub(crate) transformed: wgpu::Texture,
 }
@@ -91,8 +93,8 @@ pub(crate) struct Look {
 pub(crate) struct Looked<'a> {
     pub(crate) appearance: &'a Appearance,
     pub(crate) integration: Integration,
-    /// The last look's, that is kept if nothing in it changes.
-    pub(crate) table: Option<&'a Table>,
+    /// The last one, of which is kept what does not change.
+    pub(crate) last: Option<&'a Look>,
     /// Whether cells are drawn in pieces, one for each interval of the transfer function
     /// (`pieces.wgsl`), if there are not too many.
     pub(crate) pieces: bool,
@@ -149,6 +151,7 @@ impl Geometry {
             longest_edges: longest_edges(&positions, &cells),
             centers: Arc::default(),
             shape: Arc::default(),
+            unproven: Arc::default(),
             transformed: gpu.texture(
                 "of the mesh's vertices",
                 texels(positions.len(), VERTICES_PER_ROW),
@@ -234,8 +237,8 @@ impl Look {
             longest: geometry.longest,
             fixed: None,
         };
-        let table = match looked.table {
-            Some(table) => table.renewed(gpu, NAME, &source)?,
+        let table = match looked.last {
+            Some(last) => last.table.renewed(gpu, NAME, &source)?,
             None => Table::new(gpu, NAME, &source)?,
         };
         let isovalues = appearance.isosurfaces.iter();
@@ -251,6 +254,7 @@ impl Look {
                 pieces: looked.pieces,
             },
             looked.listed,
+            looked.last.map(|last| (&*last.culled, &last.listed)),
         )?;
         let scalars = match looked.extrapolates {
             true => ANY_SCALAR,

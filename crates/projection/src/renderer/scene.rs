@@ -2,8 +2,7 @@
 
 use std::sync::OnceLock;
 
-use tetrascope_core::{Appearance, Error, OpticalModel, TetMesh};
-use tetrascope_gpu::preintegration::Table;
+use tetrascope_core::{Appearance, Error, OpticalModel};
 use tetrascope_gpu::{Gpu, Integration};
 
 use crate::centroids::Centroids;
@@ -78,12 +77,12 @@ impl Parts<'_> {
         appearance: &Appearance,
         geometry: Geometry,
         field: Field,
-        table: Option<&Table>,
+        last: Option<&Look>,
     ) -> Result<Scene, Error> {
         let gpu = self.gpu;
         let model = appearance.optical_model;
         // Tables and surfaces want whole segments, and lists in pixels sort those.
-        let unproven = doubt(self.options, model, &geometry.mesh);
+        let unproven = doubt(self.options, model, &geometry);
         let way = Way::of(gpu, self.options, model, unproven.is_none());
         let in_lists = way == Way::PerPixel;
         let pieces = self.options.integration == Integration::Exact
@@ -94,7 +93,7 @@ impl Parts<'_> {
         let looked = Looked {
             appearance,
             integration: self.options.integration,
-            table,
+            last,
             pieces,
             listed: !matches!(way, Way::None | Way::Centroid),
             extrapolates: self.face_pass.is_some(),
@@ -185,9 +184,13 @@ impl Scene {
 }
 
 /// Why an order by faces may be wrong, where one is asked for.
-fn doubt(options: &ProjectionOptions, model: OpticalModel, mesh: &TetMesh) -> Option<String> {
+fn doubt(options: &ProjectionOptions, model: OpticalModel, geometry: &Geometry) -> Option<String> {
     let asked = matches!(options.order, Order::Auto | Order::Mpvo) && !model.commutes();
-    asked.then(|| unproven(mesh)).flatten()
+    // A convex mesh is looked at face by face.
+    let found = || unproven(&geometry.mesh);
+    asked
+        .then(|| geometry.unproven.get_or_init(found).clone())
+        .flatten()
 }
 
 impl Sorting {
@@ -220,9 +223,9 @@ impl Sorter {
         options: &ProjectionOptions,
         cell_pass: &CellPass,
         model: OpticalModel,
-        mesh: &TetMesh,
+        geometry: &Geometry,
     ) -> Result<(), Error> {
-        let proven = doubt(options, model, mesh).is_none();
+        let proven = doubt(options, model, geometry).is_none();
         match Way::of(gpu, options, model, proven) {
             Way::Centroid if self.order.is_none() => self.order = Some(OrderPass::new(gpu)?),
             Way::PerPixel => _ = self.lists(gpu, cell_pass)?,
