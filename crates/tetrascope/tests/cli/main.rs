@@ -6,4 +6,6 @@ mod grids;
 mod lists;
 mod pictures;
 mod program;
+#[cfg(feature = "resample")]
+mod resampling;
 mod usage;
