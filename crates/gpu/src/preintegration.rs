@@ -415,7 +415,6 @@ impl Table {
             }),
             constants,
             groups: vec![layout.clone()],
-            ..Default::default()
         })?;
         let span = gpu.upload(label, &[self.span()], BufferUsages::STORAGE)?;
         gpu.checked(label, 0, || {

@@ -333,7 +333,12 @@ impl VolumeRenderer for Projection {
         let pass = self.surface_pass.clone();
         self.surface_pass = prepared(pass, self.canvas.gpu(), &self.cell_pass, appearance)?;
         let last = Some(&self.scene.look);
-        self.scene = self.parts().scene(appearance, geometry, field, last)?;
+        let scene = self.parts().scene(appearance, geometry, field, last)?;
+        // Uploads begin now, so that the room for them is free again when the next ones come: else
+        // it grows with each edit until a frame is drawn.
+        let gpu = self.canvas.gpu();
+        gpu.checked("projection::restyle", 0, || gpu.queue().submit([]))?;
+        self.scene = scene;
         Ok(())
     }
 
