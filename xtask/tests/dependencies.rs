@@ -52,18 +52,20 @@ const LIBRARIES: &[&str] = &[
     "projection",
     "raycast-peel",
     "reference",
+    "resample",
     "scene",
     "slicing",
 ];
 
 /// Libraries that neither read nor write text, nor correct misspellings.
-const WITHOUT_TEXT: [&str; 7] = [
+const WITHOUT_TEXT: [&str; 8] = [
     "core",
     "datasets",
     "gpu",
     "projection",
     "raycast-peel",
     "reference",
+    "resample",
     "slicing",
 ];
 
