@@ -10,7 +10,7 @@ mod weights;
 
 use glam::DVec3;
 
-use crate::transfer_function::{Interval, Side};
+use crate::transfer_function::{KnotPair, Side};
 use crate::{OpticalModel, TransferFunction};
 
 /// A piece of a ray on which the scalar varies linearly.
@@ -153,7 +153,7 @@ impl<'a> RayIntegral<'a> {
         let mut index = intervals.find(front, if rising { Side::Above } else { Side::Below });
         let mut from = front;
         loop {
-            let interval: &Interval = intervals.get(index);
+            let interval: &KnotPair = intervals.get(index);
             let to = if rising {
                 back.min(interval.high)
             } else {

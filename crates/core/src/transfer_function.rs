@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::appearance::BRIGHTEST;
 use crate::colormap::Colormap;
 use crate::{Error, number};
-pub(crate) use intervals::{Interval, Intervals};
+pub(crate) use intervals::{Intervals, KnotPair};
 
 /// A piecewise-linear map from scalar to linear RGB and extinction.
 ///

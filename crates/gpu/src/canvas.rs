@@ -38,10 +38,10 @@ struct Resolve {
     background: [f32; 4],
 }
 
-/// The mirror of `Scene` in `gather/scene.wgsl`, where each field is explained.
+/// The mirror of `Occluder` in `gather/scene.wgsl`, where each field is explained.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-struct Scene {
+struct Occluder {
     clip_z: [f32; 4],
     clip_w: [f32; 4],
     extent: [f32; 2],
@@ -167,7 +167,7 @@ impl Canvas {
         let color = sums.color.create_view(&Default::default());
         let background = view.premultiplied_background();
         let among = target.depth.as_ref().zip(sums.distances.as_ref());
-        let scene = among.map(|(depth, _)| Scene::new(view, normalization, 0.0, depth));
+        let scene = among.map(|(depth, _)| Occluder::new(view, normalization, 0.0, depth));
         let pass = self.put_pass(PutKind {
             model,
             format: target.format,
@@ -313,7 +313,7 @@ impl Canvas {
                 self.ends.get_or_init(|| made)
             }
         };
-        let scene = [Scene::new(view, normalization, anchor_depth, depth)];
+        let scene = [Occluder::new(view, normalization, anchor_depth, depth)];
         let uniform = gpu.upload(label, &scene, BufferUsages::UNIFORM)?;
         gpu.checked(label, 0, || {
             let depths = depth.texture.create_view(&wgpu::TextureViewDescriptor {
@@ -474,14 +474,14 @@ impl Pass {
     }
 }
 
-impl Scene {
+impl Occluder {
     /// For camera space with its anchor this far before the eye.
     fn new(
         view: &View,
         normalization: &Normalization,
         anchor_depth: f64,
         depth: &SceneDepth,
-    ) -> Scene {
+    ) -> Occluder {
         let plane = ImagePlane::new(view, normalization);
         let anchor = plane.eye + anchor_depth * plane.forward;
         let anchor = anchor * normalization.scale + normalization.center;
@@ -498,7 +498,7 @@ impl Scene {
         let greatest = z.abs().max_element().max(w.abs().max_element());
         let single = |row: DVec4| (row / greatest).as_vec4().to_array();
         let pair = |pair: [f64; 2]| pair.map(|x| x as f32);
-        Scene {
+        Occluder {
             clip_z: single(z),
             clip_w: single(w),
             extent: pair(plane.extent_at(anchor_depth)),
@@ -534,7 +534,7 @@ mod tests {
         for program in [ENDS, AMONG] {
             assert_layout!(
                 program,
-                Scene {
+                Occluder {
                     clip_z,
                     clip_w,
                     extent,

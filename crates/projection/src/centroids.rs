@@ -9,7 +9,7 @@ use std::sync::Arc;
 use tetrascope_core::glam::Vec3;
 
 use crate::frame::KEY_BITS;
-use crate::gpu_data::Frame;
+use crate::gpu_data::CameraUniform;
 use crate::volume::Geometry;
 
 /// Bits of a digit: two rounds sort a key, and the counts of one stay in a cache of
@@ -40,7 +40,7 @@ impl Centroids {
     }
 
     /// The cells back to front; cells with equal keys keep their order.
-    pub(crate) fn sorted(&self, frame: &Frame) -> Vec<u32> {
+    pub(crate) fn sorted(&self, frame: &CameraUniform) -> Vec<u32> {
         let rows = [frame.right, frame.up, frame.forward];
         let key = |center: &Vec3| {
             let [x, y, z] = rows.map(|[a, b, c, d]| Vec3::new(a, b, c).dot(*center) + d);

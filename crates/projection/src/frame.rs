@@ -3,7 +3,7 @@
 use tetrascope_core::glam::DVec3;
 use tetrascope_f32::ImagePlane;
 
-use crate::gpu_data::Frame;
+use crate::gpu_data::CameraUniform;
 
 /// The near plane, in normalized units: what a ray passes before it is lost in
 /// cells around the eye. A cell that small is below f32's resolution of the mesh.
@@ -24,7 +24,7 @@ pub(crate) fn frame(
     size: (u32, u32),
     cell_count: u32,
     scalars_per_cell: bool,
-) -> Frame {
+) -> CameraUniform {
     let ImagePlane {
         anchor,
         anchor_depth,
@@ -48,7 +48,7 @@ pub(crate) fn frame(
     } else {
         (-middle - RADIUS, middle + RADIUS)
     };
-    Frame {
+    CameraUniform {
         right: row(plane.right),
         up: row(plane.up),
         forward: row(plane.forward),

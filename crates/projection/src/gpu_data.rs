@@ -2,10 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// The mirror of `Frame` in `frame.wgsl`, where each field is explained.
+/// The mirror of `CameraUniform` in `frame.wgsl`, where each field is explained.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub(crate) struct Frame {
+pub(crate) struct CameraUniform {
     pub(crate) right: [f32; 4],
     pub(crate) up: [f32; 4],
     pub(crate) forward: [f32; 4],
@@ -49,7 +49,7 @@ mod tests {
         for program in [ORDER, CELL, FILL, SURFACE] {
             assert_layout!(
                 program,
-                Frame {
+                CameraUniform {
                     right,
                     up,
                     forward,

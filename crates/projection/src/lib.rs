@@ -1,6 +1,6 @@
 //! View-independent cell projection: draw each tetrahedron by its faces.
 //!
-//! M. Weiler, M. Kraus, T. Ertl, "Hardware-Based View-Independent Cell Projection",
+//! M. Weiler, M. Kraus, T. Ertl, "Hardware-Based View-Independent Cell CellProjection",
 //! IEEE Symposium on Volume Visualization 2002.
 //!
 //! What the device keeps does not depend on the view (§3.1): vertices, cells and
@@ -111,7 +111,7 @@
 //! use tetrascope_core::{Appearance, Error, View, Volume};
 //! use tetrascope_gpu::wgpu::{self, TextureFormat};
 //! use tetrascope_gpu::{Draw as _, Gpu, Over, SceneDepth, Target};
-//! use tetrascope_projection::{Projection, ProjectionOptions};
+//! use tetrascope_projection::{CellProjection, ProjectionOptions};
 //!
 //! /// Draws a volume among what the application has drawn into `color` and `depth`.
 //! fn draw(
@@ -123,7 +123,7 @@
 //!     // Once, and `reload` or `restyle` when something changes:
 //!     let gpu = Gpu::from_device(device.clone(), queue.clone());
 //!     let options = ProjectionOptions::default();
-//!     let renderer = Projection::new(&gpu, volume, appearance, &options)?;
+//!     let renderer = CellProjection::new(&gpu, volume, appearance, &options)?;
 //!     // Every frame:
 //!     let target = Target {
 //!         over: Over::WhatIsThere,
@@ -160,7 +160,7 @@ pub use entry::ENTRY;
 pub use options::{
     CellLayout, Domain, ExitSearch, Integration, Order, ProjectionOptions, Sort, SurfaceSearch,
 };
-pub use renderer::Projection;
+pub use renderer::CellProjection;
 
 use tetrascope_core::Abilities;
 

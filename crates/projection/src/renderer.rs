@@ -37,7 +37,7 @@ use crate::{ABILITIES, NAME};
 
 /// Pipelines and the uploaded mesh.
 #[derive(Debug)]
-pub struct Projection {
+pub struct CellProjection {
     canvas: Canvas,
     options: ProjectionOptions,
     transform_pass: TransformPass,
@@ -50,7 +50,7 @@ pub struct Projection {
     face_pass: Option<FacePass>,
 }
 
-impl Projection {
+impl CellProjection {
     /// Uploads the mesh in `volume` and compiles what `appearance` needs.
     ///
     /// [`Error::Unsupported`] for a grid, [`Error::TooLarge`] and
@@ -60,7 +60,7 @@ impl Projection {
         volume: &Volume,
         appearance: &Appearance,
         options: &ProjectionOptions,
-    ) -> Result<Projection, Error> {
+    ) -> Result<CellProjection, Error> {
         let mesh = check(volume, appearance, options)?;
         let transform_pass = TransformPass::new(gpu)?;
         let cell_pass = CellPass::new(gpu)?;
@@ -86,7 +86,7 @@ impl Projection {
             face_pass: face_pass.as_ref(),
         };
         let scene = parts.scene(appearance, geometry, field, None)?;
-        Ok(Projection {
+        Ok(CellProjection {
             canvas: Canvas::new(gpu)?,
             options: options.clone(),
             transform_pass,
@@ -164,7 +164,7 @@ impl Projection {
             scene.look.culled.items,
             scene.field.per_cell,
         );
-        let uniform = gpu_data::Frame {
+        let uniform = gpu_data::CameraUniform {
             scalar_range: scene.field.range.into(),
             ..uniform
         };
@@ -300,7 +300,7 @@ impl Projection {
     }
 }
 
-impl VolumeRenderer for Projection {
+impl VolumeRenderer for CellProjection {
     /// Uploads scalars alone where the geometry is the same.
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         ABILITIES.check(NAME, &self.scene.appearance, &volume.bounds())?;
@@ -347,7 +347,7 @@ impl VolumeRenderer for Projection {
     }
 }
 
-impl Draw for Projection {
+impl Draw for CellProjection {
     fn canvas(&self) -> &Canvas {
         &self.canvas
     }
@@ -425,7 +425,7 @@ impl Draw for Projection {
     }
 }
 
-impl Projection {
+impl CellProjection {
     /// Records whole cells into lists of fragments, which are sorted and added up. Returns how
     /// many fragments each tile got and how many of its pixels were not done, on the way to the
     /// CPU; how many fragments each had room for; and the number of passes.

@@ -21,7 +21,7 @@ use tetrascope_gpu::Gpu;
 use crate::entry::tetrahedra;
 use crate::options::RaycastOptions;
 use mesh::Mesh;
-use passes::Passes;
+use passes::Pipelines;
 use style::Style;
 
 /// Intervals of the transfer function in which one step integrates: their loop takes
@@ -48,7 +48,7 @@ pub(crate) fn check_intervals(appearance: &Appearance) -> Result<(), Error> {
 pub(crate) struct PingPong {
     gpu: Gpu,
     options: RaycastOptions,
-    passes: Passes,
+    passes: Pipelines,
     mesh: Mesh,
     style: Style,
 }
@@ -64,7 +64,7 @@ impl PingPong {
         let source = tetrahedra(volume)?;
         let domain = Domain::of(source).within(options.domain)?;
         let mesh = Mesh::new(gpu, source, domain, map, options)?;
-        let passes = Passes::new(gpu, options)?;
+        let passes = Pipelines::new(gpu, options)?;
         Ok(PingPong {
             style: Style::new(gpu, &passes, &mesh, appearance, options, None)?,
             passes,

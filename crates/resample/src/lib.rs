@@ -31,8 +31,12 @@
 //!   outside; one that is a millionth smaller does not.
 //! - Where faces lie in one place but differ, as between cubes with different diagonals, rounding
 //!   may leave out a sample on them, or let it be written twice.
-//! - In cells thinner than rounding, 2⁻²² of their extent, a sample may be written twice, with
-//!   values equal but for rounding; which of them stays may differ from run to run.
+//! - Where rounding swaps the faces of a cell a sample may be written twice, with values equal but for
+//!   rounding; which of them stays may differ from run to run. That is so in cells thinner than 2⁻²² of
+//!   their extent, and for columns that pass an edge by as little as f64 rounds it.
+//! - Vertices are where rounding puts them, off by at most 2⁻²⁴ of their distance from a column. Where a
+//!   field rises by its whole range within less than some 10⁻³ of a cell's extent, that can be more
+//!   than 10⁻⁵ of the range.
 //! - Scalars are rounded to f32 in the field's unit, as the grid holds them.
 
 mod direct;

@@ -13,7 +13,7 @@ use tetrascope_shaders::slicing::CULL;
 use crate::boxes::{Boxes, places};
 use crate::float_table::FloatTable;
 use crate::frustum::Frustum;
-use crate::gpu_data::{Arguments, Box, Cull};
+use crate::gpu_data::{Arguments, Cull, PlacedBox};
 use crate::octree::{Octree, Viewer};
 use crate::ranges::first_range;
 use crate::samples::{Content, Samples};
@@ -150,7 +150,7 @@ impl CullPass {
         let usage = storage | BufferUsages::INDIRECT | BufferUsages::COPY_SRC;
         let arguments = gpu.upload(LABEL, &[arguments], usage)?;
         let blocks = gpu.buffer(LABEL, 4 * u64::from(block_count), storage)?;
-        let room = cast.room.max(1) * size_of::<Box>();
+        let room = cast.room.max(1) * size_of::<PlacedBox>();
         let list = gpu.buffer("slicing::boxes", room as u64, storage)?;
         let ranges = data.ranges(gpu, samples, cast.level)?;
         let buffers = [

@@ -47,7 +47,7 @@ pub(crate) fn longest_slab(
 #[derive(Clone, Debug)]
 pub(crate) struct FrameGeometry {
     /// Everything but what depends on boxes and samples.
-    uniform: gpu_data::Frame,
+    uniform: gpu_data::CameraUniform,
     pub(crate) viewer: Viewer,
     /// What is in front of the eye and inside of the image.
     pub(crate) frustum: Frustum,
@@ -172,7 +172,7 @@ pub(crate) fn geometry(
     let density = f64::from(view.height) / (2.0 * reach[1] * middle);
     let cell_volume = linear.determinant().abs();
     Ok(Some(FrameGeometry {
-        uniform: gpu_data::Frame {
+        uniform: gpu_data::CameraUniform {
             right: row(0),
             up: row(1),
             forward: row(2),
@@ -236,9 +236,9 @@ impl FrameGeometry {
     }
 
     /// The uniform for boxes of this size, in cells.
-    pub(crate) fn uniform(&self, size: [usize; 3]) -> gpu_data::Frame {
+    pub(crate) fn uniform(&self, size: [usize; 3]) -> gpu_data::CameraUniform {
         let [x, y, z] = size.map(|s| s as f32);
-        gpu_data::Frame {
+        gpu_data::CameraUniform {
             box_size: [x, y, z, 0.0],
             slabs_per_box: self.slabs_per_box(size),
             ..self.uniform

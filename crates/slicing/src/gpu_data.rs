@@ -2,10 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// The mirror of `Frame` in `frame.wgsl`, where each field is explained.
+/// The mirror of `CameraUniform` in `frame.wgsl`, where each field is explained.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub(crate) struct Frame {
+pub(crate) struct CameraUniform {
     pub(crate) right: [f32; 4],
     pub(crate) up: [f32; 4],
     pub(crate) forward: [f32; 4],
@@ -38,10 +38,10 @@ pub(crate) struct Frame {
     pub(crate) raw_most: f32,
 }
 
-/// The mirror of `Box` in `box.wgsl`.
+/// The mirror of `PlacedBox` in `box.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub(crate) struct Box {
+pub(crate) struct PlacedBox {
     pub(crate) low: [i32; 3],
     pub(crate) padding: i32,
     pub(crate) texel: [i32; 3],
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn structs_have_the_layout_of_their_twins() {
-        assert_layout!(CULL, Box { low, texel });
+        assert_layout!(CULL, PlacedBox { low, texel });
         assert_layout!(
             CULL,
             Cull {
@@ -184,7 +184,7 @@ mod tests {
         for program in programs {
             assert_layout!(
                 program,
-                Frame {
+                CameraUniform {
                     right,
                     up,
                     forward,
@@ -217,7 +217,7 @@ mod tests {
                     raw_most,
                 }
             );
-            assert_layout!(program, Box { low, texel });
+            assert_layout!(program, PlacedBox { low, texel });
             assert_layout!(
                 program,
                 Tables {

@@ -4,7 +4,7 @@ use tetrascope_core::Error;
 use tetrascope_core::glam::Vec3;
 
 use crate::box_plane::{SlicedBox, VertexProgram};
-use crate::gpu_data::{Corner, Frame};
+use crate::gpu_data::{CameraUniform, Corner};
 use crate::options::PlaneTest;
 
 /// Polygons of a frame, back to front.
@@ -24,7 +24,7 @@ impl Polygons {
     ///
     /// [`Error::TooLarge`] for more than `limit` bytes of corners or of indices.
     pub(crate) fn cut(
-        frame: &Frame,
+        frame: &CameraUniform,
         test: PlaneTest,
         boxes: impl Iterator<Item = [usize; 3]>,
         limit: u64,

@@ -12,7 +12,7 @@ use tetrascope_gpu::{Gpu, RenderProgram, Sums};
 
 use crate::box_plane::{POLYGON, edges, sequence};
 use crate::count::FragmentCounter;
-use crate::gpu_data::{Box, Corner, Tables};
+use crate::gpu_data::{Corner, PlacedBox, Tables};
 use crate::options::{
     Crossing, Integration, Phong, PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength,
 };
@@ -400,9 +400,14 @@ impl Shape {
 
 impl SliceFrame {
     /// Writes boxes from number `first` on, before the next submission.
-    pub(crate) fn write_boxes(&self, gpu: &Gpu, first: usize, boxes: &[Box]) -> Result<(), Error> {
+    pub(crate) fn write_boxes(
+        &self,
+        gpu: &Gpu,
+        first: usize,
+        boxes: &[PlacedBox],
+    ) -> Result<(), Error> {
         let bytes: &[u8] = bytemuck::cast_slice(boxes);
-        let offset = (first * size_of::<Box>()) as u64;
+        let offset = (first * size_of::<PlacedBox>()) as u64;
         gpu.checked("slicing::boxes", bytes.len() as u64, || {
             gpu.queue().write_buffer(&self.boxes, offset, bytes);
         })

@@ -92,7 +92,7 @@ impl Texels {
 /// From what a texture holds to the unit of the transfer function on the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {
-    /// As in `Frame` of `frame.wgsl`.
+    /// As in `CameraUniform` of `frame.wgsl`.
     pub(crate) unit: f32,
     pub(crate) base: f32,
     /// The same for scalars that a texture holds in the field's unit.

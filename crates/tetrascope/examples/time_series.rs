@@ -21,7 +21,7 @@ use tetrascope::core::{
     Volume, VolumeRenderer as _, view,
 };
 use tetrascope::gpu::{Gpu, GpuOptions};
-use tetrascope::projection::{Domain, Projection, ProjectionOptions};
+use tetrascope::projection::{CellProjection, Domain, ProjectionOptions};
 use tetrascope::{datasets, help, io};
 
 /// No temperature is ever outside of this.
@@ -69,7 +69,7 @@ fn run() -> Result<(), Error> {
     };
     let gpu = Gpu::new(&GpuOptions::default())?;
     println!("{} cells on {}", mesh.cell_count(), gpu.describe());
-    let mut renderer = Projection::new(&gpu, &first, &appearance, &options)?;
+    let mut renderer = CellProjection::new(&gpu, &first, &appearance, &options)?;
 
     for index in 0..count {
         let volume = Volume::Mesh(step(&mesh, index as f64 / count as f64)?);

@@ -56,7 +56,7 @@ const ALL: &[Algorithm] = &[
     #[cfg(feature = "reference")]
     reference::ALGORITHM,
     #[cfg(feature = "projection")]
-    on_gpu!(tetrascope_projection, Projection, ProjectionOptions),
+    on_gpu!(tetrascope_projection, CellProjection, ProjectionOptions),
     #[cfg(feature = "raycast-peel")]
     on_gpu!(tetrascope_raycast_peel, RaycastPeel, RaycastOptions),
     #[cfg(feature = "slicing")]

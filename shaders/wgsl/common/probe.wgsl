@@ -8,7 +8,7 @@ struct Probe {
     length: f32,
 }
 
-@group(0) @binding(0) var<storage, read> intervals: array<Interval>;
+@group(0) @binding(0) var<storage, read> intervals: array<KnotPair>;
 @group(0) @binding(1) var<storage, read> probes: array<Probe>;
 // Light and optical depth of each.
 @group(0) @binding(2) var<storage, read_write> answers: array<vec4f>;
@@ -17,7 +17,7 @@ struct Probe {
 @group(0) @binding(4) var table: texture_3d<f32>;
 @group(0) @binding(5) var<uniform> span: vec4f;
 
-fn interval(i: u32) -> Interval {
+fn interval(i: u32) -> KnotPair {
     return intervals[i];
 }
 

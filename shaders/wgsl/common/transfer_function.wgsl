@@ -5,7 +5,7 @@
 // `ScalarMap`, extinction is per normalized length.
 // Needs: `fn interval(i: u32) -> Interval` and `fn interval_count() -> u32`.
 
-struct Interval {
+struct KnotPair {
     at_low: vec4f,  // linear RGB and extinction at the lower end, from within
     at_high: vec4f, // and at the upper end
     low: f32,

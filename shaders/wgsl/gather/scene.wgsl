@@ -4,7 +4,7 @@
 // volume, in normalized units; depth is its third coordinate. The pixels are the camera's; the
 // depths are those of the application's own projection, which sees the same.
 
-struct Scene {
+struct Occluder {
     // Rows of the transform from camera space to the application's clip space, times any factor.
     clip_z: vec4f,
     clip_w: vec4f,
@@ -17,7 +17,7 @@ struct Scene {
     unused: f32,
 }
 
-@group(0) @binding(0) var<uniform> scene: Scene;
+@group(0) @binding(0) var<uniform> scene: Occluder;
 
 // One triangle over the whole image.
 @vertex

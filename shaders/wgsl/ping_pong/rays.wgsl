@@ -4,7 +4,7 @@
 // (t_u, t_v) at which its data begins in all three textures; texels t_u, t_u + 1 and
 // t_u + 2 are its own.
 
-struct Frame {
+struct CameraUniform {
     clip: mat4x4f,     // from normalized space; depth is greatest at the eye
     anchor: vec4f,     // of pixel (0, 0)'s center, relative to the mesh's center; w unused
     anchor_x: vec4f,   // how the anchor moves from a pixel to its right neighbor
@@ -18,7 +18,7 @@ struct Frame {
     table_span: vec4f, // preintegration/axes.wgsl
 }
 
-@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(0) var<uniform> frame: CameraUniform;
 
 // v_0 x, y, z, v_3 x | v_1 x, y, z, v_3 y | v_2 x, y, z, v_3 z
 @group(1) @binding(0) var vertices: texture_2d<f32>;

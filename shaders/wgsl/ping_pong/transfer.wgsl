@@ -1,11 +1,11 @@
 // Transfer: the transfer function's intervals and its table, as
 // common/transfer_function.wgsl and preintegration/lookup.wgsl ask.
 
-@group(3) @binding(0) var<storage, read> intervals: array<Interval>;
+@group(3) @binding(0) var<storage, read> intervals: array<KnotPair>;
 // One texel where `TABLE_AXES` is 0.
 @group(3) @binding(1) var table: texture_3d<f32>;
 
-fn interval(i: u32) -> Interval {
+fn interval(i: u32) -> KnotPair {
     return intervals[i];
 }
 

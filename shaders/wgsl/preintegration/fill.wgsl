@@ -4,12 +4,12 @@
 //       common/transfer_function.wgsl, common/optics.wgsl, and for `put` one of
 //       preintegration/put_color.wgsl and put_depth.wgsl
 
-@group(0) @binding(0) var<storage, read> intervals: array<Interval>;
+@group(0) @binding(0) var<storage, read> intervals: array<KnotPair>;
 // `table_span`. Not a uniform: lavapipe compiles programs whose loops depend on one anew for each
 // of its values.
 @group(0) @binding(2) var<storage, read> span: vec4f;
 
-fn interval(i: u32) -> Interval {
+fn interval(i: u32) -> KnotPair {
     return intervals[i];
 }
 

@@ -4,7 +4,7 @@
 // axis beside the mesh's center, in normalized units. So coordinates stay as small
 // as the mesh however far the eye is, and its distance cancels nothing.
 
-struct Frame {
+struct CameraUniform {
     // Rows of the transform from normalized to camera space; w is the translation.
     right: vec4f,
     up: vec4f,
@@ -30,5 +30,5 @@ struct Frame {
 }
 
 // Group 0 is the frame, group 1 the volume.
-@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(0) var<uniform> frame: CameraUniform;
 @group(0) @binding(2) var ends: texture_2d<f32>; // of rays (common/ends.wgsl)

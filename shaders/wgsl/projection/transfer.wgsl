@@ -15,10 +15,10 @@
 // Intervals a row of the texture, `volume::INTERVALS_PER_ROW`.
 const INTERVALS_PER_ROW: u32 = 256u;
 
-fn interval(i: u32) -> Interval {
+fn interval(i: u32) -> KnotPair {
     let at = vec2u(3u * (i % INTERVALS_PER_ROW), i / INTERVALS_PER_ROW);
     let range = textureLoad(intervals, at + vec2u(2u, 0u), 0);
-    return Interval(
+    return KnotPair(
         textureLoad(intervals, at, 0),
         textureLoad(intervals, at + vec2u(1u, 0u), 0),
         range.x,

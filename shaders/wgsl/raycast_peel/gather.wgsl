@@ -14,9 +14,9 @@ fn look_of(i: u32) -> vec4f {
     return look_items[i];
 }
 
-fn interval(i: u32) -> Interval {
+fn interval(i: u32) -> KnotPair {
     let range = textureLoad(intervals, texel(3u * i + 2u), 0);
-    return Interval(
+    return KnotPair(
         textureLoad(intervals, texel(3u * i), 0),
         textureLoad(intervals, texel(3u * i + 1u), 0),
         range.x,

@@ -51,7 +51,7 @@ struct Arguments {
 @group(0) @binding(4) var<storage, read> bricks: array<vec4i>;
 // How many boxes of each block show; then how many of those before it.
 @group(0) @binding(5) var<storage, read_write> blocks: array<u32>;
-@group(0) @binding(6) var<storage, read_write> boxes: array<Box>;
+@group(0) @binding(6) var<storage, read_write> boxes: array<PlacedBox>;
 @group(0) @binding(7) var<storage, read_write> arguments: Arguments;
 
 const BLOCK: u32 = 256u;
@@ -112,7 +112,7 @@ fn cs_list(
     if shown {
         let brick = place >> cull.brick_shift.xyz;
         let index = brick.x + cull.brick_count.x * (brick.y + cull.brick_count.y * brick.z);
-        boxes[number] = Box(vec3i(place * cull.box_size.xyz), bricks[index].xyz);
+        boxes[number] = PlacedBox(vec3i(place * cull.box_size.xyz), bricks[index].xyz);
     }
 }
 

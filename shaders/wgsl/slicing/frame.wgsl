@@ -5,7 +5,7 @@
 // volume's center, in normalized units; depth is its third coordinate.
 // With: slicing/box.wgsl
 
-struct Frame {
+struct CameraUniform {
     // Rows of the transform from lattice to camera space; w is the translation.
     right: vec4f,
     up: vec4f,
@@ -49,8 +49,8 @@ struct Frame {
 }
 
 // Group 0 is the frame, group 1 the volume.
-@group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var<storage, read> boxes: array<Box>; // back to front
+@group(0) @binding(0) var<uniform> frame: CameraUniform;
+@group(0) @binding(1) var<storage, read> boxes: array<PlacedBox>; // back to front
 // Camera space.
 @group(0) @binding(2) var<uniform> look: Look;
 @group(0) @binding(5) var ends: texture_2d<f32>; // of rays (common/ends.wgsl)

@@ -24,7 +24,7 @@ struct Slab {
     slope: vec2f,
     front: f32,     // depths
     back: f32,      // not behind the front if nothing is left
-    texel: vec3i,   // as in `Box`
+    texel: vec3i,   // as in `PlacedBox`
 }
 
 fn slab_of(in: Varying) -> Slab {

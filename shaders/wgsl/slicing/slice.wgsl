@@ -7,9 +7,9 @@
 // With: slicing/slab.wgsl and what it needs, common/optics_model.wgsl,
 //       common/transfer_function.wgsl, common/optics.wgsl, common/cue.wgsl
 
-@group(1) @binding(0) var<storage, read> intervals: array<Interval>;
+@group(1) @binding(0) var<storage, read> intervals: array<KnotPair>;
 
-fn interval(i: u32) -> Interval {
+fn interval(i: u32) -> KnotPair {
     return intervals[i];
 }
 

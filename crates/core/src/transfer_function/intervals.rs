@@ -11,14 +11,14 @@ use super::{Knot, Side};
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Intervals {
     /// By increasing scalar, each ending where the next begins.
-    intervals: Vec<Interval>,
+    intervals: Vec<KnotPair>,
     /// `intervals[i + 1].low`, the distinct knot scalars.
     boundaries: Vec<f64>,
 }
 
 /// A range of scalars on which color and extinction are linear.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Interval {
+pub(crate) struct KnotPair {
     /// −∞ for the first.
     pub(crate) low: f64,
     /// ∞ for the last.
@@ -36,7 +36,7 @@ impl Intervals {
     pub(crate) fn new(knots: &[Knot]) -> Intervals {
         let value = |knot: &Knot| (knot.color, knot.extinction);
         let (first, last) = (&knots[0], &knots[knots.len() - 1]);
-        let mut intervals = vec![Interval::new(
+        let mut intervals = vec![KnotPair::new(
             f64::NEG_INFINITY,
             first.scalar,
             value(first),
@@ -44,14 +44,14 @@ impl Intervals {
         )];
         for pair in knots.windows(2).filter(|p| p[0].scalar < p[1].scalar) {
             let (low, high) = (&pair[0], &pair[1]);
-            intervals.push(Interval::new(
+            intervals.push(KnotPair::new(
                 low.scalar,
                 high.scalar,
                 value(low),
                 value(high),
             ));
         }
-        intervals.push(Interval::new(
+        intervals.push(KnotPair::new(
             last.scalar,
             f64::INFINITY,
             value(last),
@@ -76,14 +76,14 @@ impl Intervals {
 
     /// The interval with this index, which must come from [`Intervals::find`] or be 0.
     #[inline]
-    pub(crate) fn get(&self, index: usize) -> &Interval {
+    pub(crate) fn get(&self, index: usize) -> &KnotPair {
         &self.intervals[index]
     }
 }
 
-impl Interval {
-    fn new(low: f64, high: f64, at_low: (DVec3, f64), at_high: (DVec3, f64)) -> Interval {
-        Interval {
+impl KnotPair {
+    fn new(low: f64, high: f64, at_low: (DVec3, f64), at_high: (DVec3, f64)) -> KnotPair {
+        KnotPair {
             low,
             high,
             at_low,

@@ -40,7 +40,7 @@ pub(crate) struct Uploaded<'a> {
 /// are submitted.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameData {
-    pub(crate) values: gpu_data::Frame,
+    pub(crate) values: gpu_data::CameraUniform,
     pub(crate) frame: wgpu::Buffer,
     pub(crate) look: wgpu::Buffer,
     /// Where rays end, and whether they do.
@@ -51,7 +51,7 @@ pub(crate) struct FrameData {
 
 /// What becomes of fragments.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Into<'a> {
+pub(crate) enum Destination<'a> {
     /// They are blended.
     Sum,
     /// They are listed for each pixel.
@@ -108,7 +108,7 @@ impl CellPass {
         uploaded: Uploaded,
         drawn: &wgpu::Buffer,
         model: OpticalModel,
-        into: Into,
+        into: Destination,
     ) -> Result<CellData, Error> {
         let look = uploaded.look;
         let range = uploaded.field.range;
@@ -133,21 +133,21 @@ impl CellPass {
         };
         program.constants.push(deep(look.deepest));
         program.constants.extend(look.table.constants(range));
-        if !matches!(into, Into::Faces(_)) {
+        if !matches!(into, Destination::Faces(_)) {
             // The programs of faces do not know them.
             let in_parts = ("PARTS", look.culled.in_parts.into());
             program.constants.extend(look.extras);
             program.constants.extend([in_parts, sides::constant(gpu)?]);
         }
         match into {
-            Into::Sum => {}
-            Into::Lists(lists) => {
+            Destination::Sum => {}
+            Destination::Lists(lists) => {
                 program.source = FILL;
                 program.fragment = Some("fs_fill");
                 program.groups = lists.groups().to_vec();
                 program.targets = vec![Some(lists::UNTOUCHED)];
             }
-            Into::Nearest(pass, data) => {
+            Destination::Nearest(pass, data) => {
                 program.source = SURFACE;
                 program.fragment = Some("fs_surface");
                 program.groups = pass.groups.clone();
@@ -156,7 +156,7 @@ impl CellPass {
                 program.constants = [data.constants().to_vec(), look.extras.to_vec()].concat();
                 program.constants.push(sides::constant(gpu)?);
             }
-            Into::Faces(pass) => {
+            Destination::Faces(pass) => {
                 let (cells, most) = (look.culled.items, u32::MAX / 12);
                 if cells > most {
                     return Err(Error::TooLarge {
@@ -180,7 +180,9 @@ impl CellPass {
             volume_group: self.volume_group(gpu, uploaded, drawn)?,
             count: uploaded.look.culled.items,
             faces: match into {
-                Into::Faces(pass) => Some(pass.group(gpu, uploaded.geometry, uploaded.field)?),
+                Destination::Faces(pass) => {
+                    Some(pass.group(gpu, uploaded.geometry, uploaded.field)?)
+                }
                 _ => None,
             },
         })

@@ -8,7 +8,7 @@ use tetrascope_gpu::{Gpu, Integration};
 use crate::centroids::Centroids;
 use crate::mpvo::{Mpvo, Shape, unproven};
 use crate::options::{ExitSearch, Order, ProjectionOptions};
-use crate::passes::cell::{CellData, CellPass, Into, Uploaded};
+use crate::passes::cell::{CellData, CellPass, Destination, Uploaded};
 use crate::passes::faces::FacePass;
 use crate::passes::lists::ListPass;
 use crate::passes::order::{OrderData, OrderPass};
@@ -130,12 +130,12 @@ impl Parts<'_> {
             _ => None,
         };
         let into = match way {
-            Way::PerPixel => Into::Lists(self.sorter.lists(gpu, self.cell_pass)?),
-            _ => Into::Sum,
+            Way::PerPixel => Destination::Lists(self.sorter.lists(gpu, self.cell_pass)?),
+            _ => Destination::Sum,
         };
         let into = match (self.surface_pass, &surfaces) {
-            (Some(pass), Some(data)) => Into::Nearest(pass, data),
-            _ => self.face_pass.map_or(into, Into::Faces),
+            (Some(pass), Some(data)) => Destination::Nearest(pass, data),
+            _ => self.face_pass.map_or(into, Destination::Faces),
         };
         let uploaded = Uploaded {
             geometry: &geometry,
@@ -171,7 +171,7 @@ impl Scene {
                 field: &self.field,
                 look: &look,
             };
-            let into = Into::Lists(parts.sorter.lists(parts.gpu, parts.cell_pass)?);
+            let into = Destination::Lists(parts.sorter.lists(parts.gpu, parts.cell_pass)?);
             let (drawn, model) = (&look.culled.drawn, self.appearance.optical_model);
             let cells = parts
                 .cell_pass

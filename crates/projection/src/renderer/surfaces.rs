@@ -3,11 +3,11 @@
 use tetrascope_core::{Appearance, Error, OpticalModel};
 use tetrascope_gpu::{Gpu, Sums, wgpu};
 
-use super::Projection;
+use super::CellProjection;
 use crate::passes::cell::{CellPass, FrameData};
 use crate::passes::surface::{SurfaceData, SurfacePass};
 
-impl Projection {
+impl CellProjection {
     /// Records the nearest isosurfaces.
     pub(super) fn record_surfaces(
         &self,

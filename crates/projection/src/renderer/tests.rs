@@ -64,7 +64,8 @@ fn pieces_too_deep_for_one_step_are_drawn_in_parts() {
         let function = TransferFunction::new(knots).expect("sorted");
         for model in [OpticalModel::EmissionAbsorption, OpticalModel::Emission] {
             let appearance = Appearance::new(function.clone(), model);
-            let renderer = Projection::new(&gpu, &volume, &appearance, &order).expect("it fits");
+            let renderer =
+                CellProjection::new(&gpu, &volume, &appearance, &order).expect("it fits");
             let culled = &renderer.scene.look.culled;
             let expected = in_parts && model == OpticalModel::EmissionAbsorption;
             eprintln!(
@@ -107,8 +108,9 @@ fn the_table_is_made_by_restyle_alone() {
         ..ProjectionOptions::default()
     };
     let volume = Volume::Mesh(mesh.clone());
-    let mut renderer = Projection::new(&gpu, &volume, &ramp(0.0, 1.0), &options).expect("it fits");
-    let table = |renderer: &Projection| renderer.scene.look.table.texture().clone();
+    let mut renderer =
+        CellProjection::new(&gpu, &volume, &ramp(0.0, 1.0), &options).expect("it fits");
+    let table = |renderer: &CellProjection| renderer.scene.look.table.texture().clone();
     let first = table(&renderer);
 
     // Another view.
@@ -157,18 +159,18 @@ fn a_model_without_a_table_leaves_the_renderer_as_it_was() {
     };
     let sorted = ramp(0.0, 1.0);
     let flat = options(Integration::Table2d { n: 8 });
-    let refused = Projection::new(&gpu, &volume, &sorted, &flat);
+    let refused = CellProjection::new(&gpu, &volume, &sorted, &flat);
     assert!(matches!(refused, Err(Error::Unsupported { .. })));
     let glow = Appearance {
         optical_model: OpticalModel::Emission,
         ..sorted.clone()
     };
-    let mut renderer = Projection::new(&gpu, &volume, &glow, &flat).expect("it fits");
+    let mut renderer = CellProjection::new(&gpu, &volume, &glow, &flat).expect("it fits");
     let refused = renderer.restyle(&sorted);
     assert!(matches!(refused, Err(Error::Unsupported { .. })));
     assert_eq!(renderer.scene.appearance, glow);
     let huge = options(Integration::Table3d { n: 512 });
-    let refused = Projection::new(&gpu, &volume, &sorted, &huge).expect_err("2 GiB");
+    let refused = CellProjection::new(&gpu, &volume, &sorted, &huge).expect_err("2 GiB");
     assert!(
         refused.to_string().contains("512 samples a side"),
         "{refused}"

@@ -5,7 +5,7 @@ use tetrascope_core::{
     Appearance, Camera, CameraFit, Frame, TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
-use tetrascope_projection::{Projection, ProjectionOptions};
+use tetrascope_projection::{CellProjection, ProjectionOptions};
 use tetrascope_testing::{data_set, look_of};
 
 /// Root mean square and greatest error of a picture that is exact but for rounding.
@@ -49,7 +49,7 @@ pub(crate) fn drawn(
     view: &View,
     options: &ProjectionOptions,
 ) -> Frame {
-    let renderer = Projection::new(gpu, volume, appearance, options).expect("it fits");
+    let renderer = CellProjection::new(gpu, volume, appearance, options).expect("it fits");
     renderer.render(view).expect("a picture")
 }
 

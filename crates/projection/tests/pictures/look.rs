@@ -4,7 +4,7 @@ use tetrascope_core::{
     Appearance, DepthCue, Error, Isosurface, OpticalModel, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
-use tetrascope_projection::{ExitSearch, Integration, Order, Projection, ProjectionOptions};
+use tetrascope_projection::{CellProjection, ExitSearch, Integration, Order, ProjectionOptions};
 use tetrascope_testing::{self as testing, outside_and_inside, tilted};
 
 use crate::common::scene;
@@ -27,7 +27,7 @@ fn errors(gpu: &Gpu, volume: &Volume, look: &Appearance, order: Order) -> Vec<(u
         order,
         ..ProjectionOptions::default()
     };
-    let renderer = Projection::new(gpu, volume, look, &options).expect("it draws all");
+    let renderer = CellProjection::new(gpu, volume, look, &options).expect("it draws all");
     let truth = testing::truth(volume, look);
     let of_view = |view: View| {
         let frame = renderer.render(&view).expect("a frame");
@@ -110,7 +110,7 @@ fn modes_that_cannot_say_why() {
     };
     let (volume, mut look) = dressed("sphere", 5);
     let refused = |look: &Appearance, options: &ProjectionOptions| {
-        let error = Projection::new(&gpu, &volume, look, options).err();
+        let error = CellProjection::new(&gpu, &volume, look, options).err();
         matches!(error, Some(Error::Unsupported { .. }))
     };
     let per_vertex = ProjectionOptions {

@@ -5,12 +5,12 @@ use std::f64::consts::TAU;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::{Cells, FACES};
 use tetrascope_core::{
-    Appearance, Camera, Error, Frame, Knot, OpticalModel, Projection as Spread, TetMesh,
-    TransferFunction, View, Volume, VolumeRenderer as _,
+    Appearance, Camera, Error, Frame, Knot, OpticalModel, Projection, TetMesh, TransferFunction,
+    View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
 use tetrascope_projection::counters::{FRAGMENTS_SORTED, LOST_RAYS, VISIBILITY_CYCLES};
-use tetrascope_projection::{Order, Projection, ProjectionOptions};
+use tetrascope_projection::{CellProjection, Order, ProjectionOptions};
 use tetrascope_testing::{self as testing, between, point_scalars, split, tetrahedra_of};
 
 use crate::common::{crooked, drawn, mesh, truth};
@@ -269,7 +269,7 @@ fn a_cycle_in_a_convex_mesh_is_sorted_in_each_pixel() {
     assert!(tetrahedra_of(&volume).boundary_statistics().convex);
     let appearance = look(&volume);
     let [by_faces, automatic] = [Order::Mpvo, Order::Auto].map(|order| {
-        Projection::new(&gpu, &volume, &appearance, &with_order(order)).expect("it fits")
+        CellProjection::new(&gpu, &volume, &appearance, &with_order(order)).expect("it fits")
     });
     let view = (0..60)
         .map(|i| {
@@ -340,7 +340,7 @@ fn sorted_in_pixels(gpu: &Gpu, volume: &Volume, side: u32) -> (Frame, Frame) {
         position: DVec3::new(0.3, 0.4, 2.0 * bounds.max.z),
         focal_point: DVec3::new(0.3, 0.4, 0.0),
         view_up: DVec3::Y,
-        projection: Spread::Orthographic {
+        projection: Projection::Orthographic {
             parallel_scale: 0.2 * bounds.max.x,
         },
     };
@@ -429,7 +429,7 @@ fn the_cells_of_a_long_column_are_sorted() {
             position: from,
             focal_point: from - DVec3::new(0.03, -0.02, 20.0),
             view_up: DVec3::Y,
-            projection: Spread::Perspective { view_angle: 1.0 },
+            projection: Projection::Perspective { view_angle: 1.0 },
         },
         width: 2,
         height: 2,
@@ -502,7 +502,7 @@ fn a_cell_may_be_in_all_intervals_of_a_long_transfer_function() {
             );
         }
     }
-    let refused = Projection::new(&gpu, &volume, &look(16_385), &ProjectionOptions::default());
+    let refused = CellProjection::new(&gpu, &volume, &look(16_385), &ProjectionOptions::default());
     let error = refused.expect_err("more than a loop may make");
     assert!(
         matches!(error, Error::TooLarge { limit: 16_384, .. }),
@@ -537,10 +537,10 @@ fn bodies_in_a_row_are_drawn_in_their_order() {
             focal_point: DVec3::new(2.6, 2.7, 0.0),
             view_up: DVec3::Y,
             projection: match orthographic {
-                true => Spread::Orthographic {
+                true => Projection::Orthographic {
                     parallel_scale: 5.0,
                 },
-                false => Spread::Perspective { view_angle: 0.2 },
+                false => Projection::Perspective { view_angle: 0.2 },
             },
         };
         let view = View {

@@ -7,7 +7,7 @@ use tetrascope_core::{
     Appearance, DepthCue, Error, Frame, Isosurface, OpticalModel, Volume, VolumeRenderer as _,
 };
 use tetrascope_f32::Domain;
-use tetrascope_projection::{Projection, ProjectionOptions};
+use tetrascope_projection::{CellProjection, ProjectionOptions};
 use tetrascope_testing as testing;
 
 use crate::common::{crooked, drawn, scene};
@@ -80,7 +80,7 @@ fn a_volume_outside_of_the_domain_is_refused_and_leaves_the_renderer_as_it_was()
     let appearance = Appearance::new(function, OpticalModel::Emission);
     let view = crooked(&volume, false, 16);
     let part = Volume::Mesh(part);
-    let mut renderer = Projection::new(&gpu, &part, &appearance, &options).expect("inside");
+    let mut renderer = CellProjection::new(&gpu, &part, &appearance, &options).expect("inside");
     let before = renderer.render(&view).expect("a picture");
     let error = renderer.reload(&volume).expect_err("outside");
     assert!(matches!(error, Error::Invalid { .. }), "{error}");

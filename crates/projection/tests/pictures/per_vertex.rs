@@ -3,12 +3,12 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
-    Appearance, Camera, Error, Frame, Knot, OpticalModel, Projection as Spread, TetMesh,
-    TransferFunction, View, Volume, VolumeRenderer as _,
+    Appearance, Camera, Error, Frame, Knot, OpticalModel, Projection, TetMesh, TransferFunction,
+    View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::{Gpu, RenderProgram, read_back, wgpu};
-use tetrascope_projection::{CellLayout, ExitSearch, Order, Projection, ProjectionOptions};
+use tetrascope_projection::{CellLayout, CellProjection, ExitSearch, Order, ProjectionOptions};
 use tetrascope_testing as testing;
 
 use crate::common::{crooked, drawn, scene, truth};
@@ -205,7 +205,7 @@ fn minimum_textures_lose_stretched_cells() {
             position: DVec3::new(0.5 * aspect + 0.013, 0.507, 9.0),
             focal_point: DVec3::new(0.5 * aspect + 0.013, 0.507, 0.0),
             view_up: DVec3::Y,
-            projection: Spread::Orthographic {
+            projection: Projection::Orthographic {
                 parallel_scale: 0.4,
             },
         };
@@ -273,7 +273,7 @@ fn what_cannot_be_had_together_is_refused() {
     let (volume, transfer_function) = scene("sphere", 500);
     let sorted = Appearance::new(transfer_function, OpticalModel::EmissionAbsorption);
     let refused = |options: &ProjectionOptions, appearance: &Appearance| {
-        let error = Projection::new(&gpu, &volume, appearance, options).expect_err("refused");
+        let error = CellProjection::new(&gpu, &volume, appearance, options).expect_err("refused");
         assert!(matches!(error, Error::Unsupported { .. }), "{error}");
     };
     refused(
@@ -291,7 +291,7 @@ fn what_cannot_be_had_together_is_refused() {
         ..sorted.clone()
     };
     refused(&at_vertices, &surfaces);
-    let renderer = Projection::new(&gpu, &volume, &sorted, &at_vertices).expect("it fits");
+    let renderer = CellProjection::new(&gpu, &volume, &sorted, &at_vertices).expect("it fits");
     let error = renderer
         .render(&crooked(&volume, false, 96))
         .expect_err("refused");
@@ -301,6 +301,6 @@ fn what_cannot_be_had_together_is_refused() {
         minimum_side: 1,
         ..at_vertices
     };
-    let error = Projection::new(&gpu, &volume, &sorted, &many).expect_err("one sample");
+    let error = CellProjection::new(&gpu, &volume, &sorted, &many).expect_err("one sample");
     assert!(matches!(error, Error::Invalid { .. }), "{error}");
 }

@@ -3,14 +3,13 @@
 use tetrascope_core::glam::{DMat4, DVec3, DVec4};
 use tetrascope_core::{
     Appearance, Camera, CameraFit, DirectionalLight, Frame, Isosurface, Knot, Lighting,
-    OpticalModel, Projection as Spread, TetMesh, TransferFunction, View, Volume,
-    VolumeRenderer as _,
+    OpticalModel, Projection, TetMesh, TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::{self, CompareFunction, TextureFormat, TextureUsages};
 use tetrascope_gpu::{Draw as _, Gpu, Over, SceneDepth, Target, read_back};
 use tetrascope_projection::counters::CELLS_SKIPPED;
-use tetrascope_projection::{Projection, ProjectionOptions, SurfaceSearch};
+use tetrascope_projection::{CellProjection, ProjectionOptions, SurfaceSearch};
 use tetrascope_testing::{self as testing, is_near_explained};
 
 use crate::common::mesh;
@@ -60,10 +59,10 @@ fn views(volume: &Volume) -> [View; 4] {
         position: bounds.center() + bounds.size() * DVec3::new(0.11, 0.07, 0.13),
         focal_point: bounds.center() - bounds.size() * DVec3::new(0.3, 0.2, 0.1),
         view_up: DVec3::Z,
-        projection: Spread::Perspective { view_angle: 70.0 },
+        projection: Projection::Perspective { view_angle: 70.0 },
     };
     let plane_inside = Camera {
-        projection: Spread::Orthographic {
+        projection: Projection::Orthographic {
             parallel_scale: 0.3 * bounds.diagonal(),
         },
         ..inside
@@ -82,9 +81,9 @@ fn views(volume: &Volume) -> [View; 4] {
     })
 }
 
-fn projection(gpu: &Gpu, volume: &Volume, appearance: &Appearance) -> Projection {
+fn projection(gpu: &Gpu, volume: &Volume, appearance: &Appearance) -> CellProjection {
     let options = ProjectionOptions::default();
-    Projection::new(gpu, volume, appearance, &options).expect("it fits")
+    CellProjection::new(gpu, volume, appearance, &options).expect("it fits")
 }
 
 fn depths(frame: &Frame) -> &[f32] {
@@ -286,7 +285,7 @@ fn the_table_errs_by_its_samples_and_thickness_closes_gaps() {
             surfaces,
             ..ProjectionOptions::default()
         };
-        let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+        let renderer = CellProjection::new(&gpu, &volume, &appearance, &options).expect("it fits");
         renderer.render(&view).expect("a frame")
     };
     let exact = drawn(SurfaceSearch::Exact);
@@ -324,7 +323,7 @@ fn the_table_errs_by_its_samples_and_thickness_closes_gaps() {
             },
             ..ProjectionOptions::default()
         };
-        assert!(Projection::new(&gpu, &volume, &appearance, &options).is_err());
+        assert!(CellProjection::new(&gpu, &volume, &appearance, &options).is_err());
     }
 }
 
@@ -450,11 +449,11 @@ fn clip_from_world(camera: &Camera, compare: CompareFunction) -> DMat4 {
     let row = |axis: DVec3, scale: f64| (scale * axis).extend(-scale * axis.dot(camera.position));
     let slope = 1.0 / (far - near);
     let (reach, depth, w) = match camera.projection {
-        Spread::Perspective { view_angle } => {
+        Projection::Perspective { view_angle } => {
             let reach = (view_angle.to_radians() / 2.0).tan();
             (reach, far * slope, row(forward, 1.0))
         }
-        Spread::Orthographic { parallel_scale } => (parallel_scale, slope, DVec4::W),
+        Projection::Orthographic { parallel_scale } => (parallel_scale, slope, DVec4::W),
     };
     let z = row(forward, depth) - near * depth * DVec4::W;
     let z = match compare {

@@ -2,7 +2,7 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
-    Appearance, Camera, CameraFit, Error, Knot, OpticalModel, Projection as Spread, TetMesh,
+    Appearance, Camera, CameraFit, Error, Knot, OpticalModel, Projection, TetMesh,
     TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::memory::Source;
@@ -10,7 +10,7 @@ use tetrascope_gpu::{Draw as _, Gpu, Target, read_back, wgpu};
 use tetrascope_projection::counters::{
     BYTES_PER_VIEW, CELLS_DRAWN, CELLS_SKIPPED, CELLS_SORTED, FRAGMENTS_SORTED, VISIBILITY_CYCLES,
 };
-use tetrascope_projection::{Order, Projection, ProjectionOptions, Sort};
+use tetrascope_projection::{CellProjection, Order, ProjectionOptions, Sort};
 use tetrascope_testing::{self as testing, between, kuhn, mesh};
 
 use crate::common::{EXACT, crooked, drawn, scene, truth};
@@ -25,10 +25,10 @@ fn views(volume: &Volume) -> Vec<(&'static str, View)> {
         position: eye,
         focal_point: eye + bounds.diagonal() * DVec3::new(0.7, 0.4, -0.2),
         view_up: DVec3::Z,
-        projection: Spread::Perspective { view_angle: 75.0 },
+        projection: Projection::Perspective { view_angle: 75.0 },
     };
     let plane_inside = Camera {
-        projection: Spread::Orthographic {
+        projection: Projection::Orthographic {
             parallel_scale: 0.3 * bounds.diagonal(),
         },
         ..inside
@@ -63,7 +63,7 @@ fn compare(test: &str, name: &str, cells: u64, order: Order, (rmse, worst): (f64
             continue;
         }
         let appearance = Appearance::new(transfer_function.clone(), optical_model);
-        let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+        let renderer = CellProjection::new(&gpu, &volume, &appearance, &options).expect("it fits");
         for (from, view) in views(&volume) {
             let picture = renderer.render(&view).expect("nothing can fail");
             let truth = truth(&volume, &appearance, &view);
@@ -170,7 +170,7 @@ fn cells_in_many_intervals_are_exact() {
     };
     for model in OpticalModel::VOLUMETRIC {
         let appearance = Appearance::new(fine.clone(), model);
-        let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+        let renderer = CellProjection::new(&gpu, &volume, &appearance, &options).expect("it fits");
         for (from, view) in views(&volume) {
             let picture = renderer.render(&view).expect("a picture");
             let found = between(&picture, &truth(&volume, &appearance, &view));
@@ -253,7 +253,7 @@ fn cycles_are_counted_and_sorting_in_each_pixel_has_none() {
             order,
             ..ProjectionOptions::default()
         };
-        let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+        let renderer = CellProjection::new(&gpu, &volume, &appearance, &options).expect("it fits");
         renderer.render(&view).expect("a picture")
     };
     let mpvo = drawn(Order::Mpvo);
@@ -289,7 +289,7 @@ fn tiles_lose_no_fragment() {
             fragment_bytes,
             ..ProjectionOptions::default()
         };
-        let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+        let renderer = CellProjection::new(&gpu, &volume, &appearance, &options).expect("it fits");
         renderer.render(&view)
     };
     let whole = drawn(1 << 28).expect("a picture");
@@ -345,7 +345,7 @@ fn shared_faces_leave_no_seams() {
                 position: DVec3::new(0.5, 0.5, 3.0),
                 focal_point: DVec3::splat(0.5),
                 view_up: DVec3::Y,
-                projection: Spread::Orthographic {
+                projection: Projection::Orthographic {
                     parallel_scale: 0.5,
                 },
             };
@@ -405,7 +405,7 @@ fn a_cell_around_the_eye_starts_at_the_eye() {
         position: DVec3::splat(0.5),
         focal_point: DVec3::new(0.5, 0.5, 0.0),
         view_up: DVec3::Y,
-        projection: Spread::Perspective { view_angle: 60.0 },
+        projection: Projection::Perspective { view_angle: 60.0 },
     };
     let view = View {
         camera,
@@ -441,7 +441,7 @@ fn what_is_left_out_is_counted() {
         sort: Sort::Gpu,
         ..ProjectionOptions::default()
     };
-    let mut renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+    let mut renderer = CellProjection::new(&gpu, &volume, &appearance, &options).expect("it fits");
     let tf = &appearance.transfer_function;
     let shows = |cell| {
         let s = mesh.cell_scalars(cell);
@@ -536,7 +536,7 @@ fn a_changed_renderer_draws_like_a_new_one() {
     let view = views(&volume)[0].1;
     let first = constant(1.0, OpticalModel::Emission);
     let options = ProjectionOptions::default();
-    let mut renderer = Projection::new(&gpu, &volume, &first, &options).expect("it fits");
+    let mut renderer = CellProjection::new(&gpu, &volume, &first, &options).expect("it fits");
     // From a model that is not sorted to one that is.
     let second = Appearance::new(transfer_function, OpticalModel::EmissionAbsorption);
     renderer.restyle(&second).expect("it fits");
@@ -571,7 +571,7 @@ fn the_callers_texture_gets_the_same_picture() {
     let view = views(&volume)[0].1;
     let appearance = constant(3.0, OpticalModel::EmissionAbsorption);
     let options = ProjectionOptions::default();
-    let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+    let renderer = CellProjection::new(&gpu, &volume, &appearance, &options).expect("it fits");
     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
     let size = (view.width, view.height);
     let texture = gpu.texture(
@@ -612,7 +612,7 @@ fn what_it_cannot_draw_is_refused() {
         order: Order::Unsorted,
         ..ProjectionOptions::default()
     };
-    let renderer = Projection::new(&gpu, &volume, &appearance, &options).expect("it fits");
+    let renderer = CellProjection::new(&gpu, &volume, &appearance, &options).expect("it fits");
     let mut view = views(&volume)[0].1;
     view.width = gpu.limits().max_texture_dimension_2d + 1;
     let error = renderer.render(&view).expect_err("no texture is so wide");

@@ -12,7 +12,7 @@ use tetrascope_gpu::wgpu::{
 use tetrascope_gpu::{Canvas, Commands, Gpu, Recorded, Sums, Target, read_back};
 
 use super::PingPong;
-use super::gpu_data::{Frame, TILES, Tally};
+use super::gpu_data::{CameraUniform, TILES, Tally};
 use super::mesh::Boundary;
 use super::passes::{BEFORE, DEPTHS, TEXELS, record_clear};
 use super::tiles::{Tile, tiles};
@@ -169,14 +169,14 @@ impl PingPong {
         Ok(Recorded::new(stats))
     }
 
-    fn frame(&self, view: &View, inside: Option<([f32; 2], f32)>) -> Frame {
+    fn frame(&self, view: &View, inside: Option<([f32; 2], f32)>) -> CameraUniform {
         let rays = Rays::new(view, &self.mesh.normalization);
         let extended = |v: DVec3, w: f32| v.as_vec3().extend(w).to_array();
         let ([u, v], scalar) = inside.unwrap_or_default();
         // Normalized lengths; the scale is a power of two.
         let extent = self.mesh.source.bounds().size().max_element();
         let extent = (extent / self.mesh.normalization.scale) as f32;
-        Frame {
+        CameraUniform {
             clip: self.clip(view),
             anchor: extended(rays.anchor, 0.0),
             anchor_x: extended(rays.anchor_x, 0.0),

@@ -4,10 +4,10 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::options::MAX_TILES;
 
-/// `Frame`: what all passes of a frame know.
+/// `CameraUniform`: what all passes of a frame know.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct Frame {
+pub(super) struct CameraUniform {
     /// From normalized space; columns.
     pub(super) clip: [[f32; 4]; 4],
     /// The anchor of pixel (0, 0), normalized; w is unused.
@@ -58,7 +58,7 @@ mod tests {
     fn structs_have_the_layout_of_their_twins() {
         assert_layout!(
             ping_pong::ENTRY,
-            Frame {
+            CameraUniform {
                 clip,
                 anchor,
                 anchor_x,

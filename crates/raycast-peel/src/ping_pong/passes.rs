@@ -30,7 +30,7 @@ const TEXTURE: BindingType = BindingType::Texture {
 
 /// What does not depend on appearance.
 #[derive(Debug)]
-pub(super) struct Passes {
+pub(super) struct Pipelines {
     pub(super) frame_layout: BindGroupLayout,
     pub(super) mesh_layout: BindGroupLayout,
     pub(super) before_layout: BindGroupLayout,
@@ -65,8 +65,8 @@ fn depth(compare: CompareFunction, write: bool) -> Option<wgpu::DepthStencilStat
     })
 }
 
-impl Passes {
-    pub(super) fn new(gpu: &Gpu, options: &RaycastOptions) -> Result<Passes, Error> {
+impl Pipelines {
+    pub(super) fn new(gpu: &Gpu, options: &RaycastOptions) -> Result<Pipelines, Error> {
         let crossings = options.crossings;
         let sides = match crossings {
             Crossings::Planes => None,
@@ -144,7 +144,7 @@ impl Passes {
             groups: with(&tally_layout),
             ..Default::default()
         };
-        Ok(Passes {
+        Ok(Pipelines {
             entry: gpu.render_pipeline(&entry)?,
             inside: inside.map(|p| gpu.render_pipeline(&p)).transpose()?,
             crossings,

@@ -11,7 +11,7 @@ use tetrascope_gpu::transfer_function::knot_pairs;
 use tetrascope_gpu::wgpu::{self, BufferUsages};
 
 use super::mesh::Mesh;
-use super::passes::{Passes, StyledPasses};
+use super::passes::{Pipelines, StyledPasses};
 use crate::integral::{Segments, table};
 use crate::options::{Crossings, RaycastOptions};
 
@@ -29,7 +29,7 @@ pub(super) struct Style {
 impl Style {
     pub(super) fn new(
         gpu: &Gpu,
-        passes: &Passes,
+        passes: &Pipelines,
         mesh: &Mesh,
         appearance: &Appearance,
         options: &RaycastOptions,

@@ -434,9 +434,12 @@ fn a_sample_on_a_lattice_of_cells_is_written_once() {
                     assert!(!inner || times >= 1, "{what}: {at:?} not written");
                     assert!(!outer || times == 0, "{what}: {at:?} is outside");
                 }
-                if twice > 0 {
-                    eprintln!("{what}: {twice} of {} twice", count * count * count);
-                }
+                // Turned points are off their samples by rounding of f64, so that columns pass
+                // vertical edges by as little: then rounding may swap the faces of a cell.
+                assert!(
+                    twice <= 1 + count * count * count / 100,
+                    "{what}: {twice} twice"
+                );
                 let all = writes.iter().sum::<u32>() as usize;
                 // A turned mesh is not exactly on the samples: its surface may be on either side.
                 if direction == DMat3::IDENTITY && scale == 1.0 && shift == 0.0 {

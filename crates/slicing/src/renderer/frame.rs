@@ -158,10 +158,10 @@ impl Slicing {
         Ok(bytes)
     }
 
-    fn boxes(&self, level: u32, places: &[Place]) -> Vec<gpu_data::Box> {
+    fn boxes(&self, level: u32, places: &[Place]) -> Vec<gpu_data::PlacedBox> {
         let style = &self.style;
         let boxes = &style.volume.boxes;
-        let of = |place: &Place| gpu_data::Box {
+        let of = |place: &Place| gpu_data::PlacedBox {
             low: boxes.low(level, *place).map(|x| x as i32),
             padding: 0,
             // Zero for those that a later batch brings.
@@ -211,7 +211,7 @@ impl Slicing {
         if room == 0 {
             return Ok((None, box_count));
         }
-        let uniform = gpu_data::Frame {
+        let uniform = gpu_data::CameraUniform {
             scalar_unit: style.scale.unit,
             scalar_base: style.scale.base,
             raw_unit: style.scale.raw_unit,

@@ -21,7 +21,7 @@ use tetrascope::core::{
 use tetrascope::gpu::memory::{Source, read_back};
 use tetrascope::gpu::wgpu::{TextureFormat, TextureUsages};
 use tetrascope::gpu::{Draw as _, Gpu, Over, SceneDepth, Target};
-use tetrascope::projection::{Projection, ProjectionOptions};
+use tetrascope::projection::{CellProjection, ProjectionOptions};
 use tetrascope::{datasets, help, io};
 
 const SIZE: (u32, u32) = (640, 480);
@@ -70,7 +70,7 @@ fn run() -> Result<(), Error> {
     knots.iter_mut().for_each(|knot| knot.extinction *= 0.25); // the ball is to show through
     let colors = TransferFunction::new(knots)?;
     let appearance = Appearance::new(colors, OpticalModel::EmissionAbsorption);
-    let renderer = Projection::new(&gpu, &volume, &appearance, &ProjectionOptions::default())?;
+    let renderer = CellProjection::new(&gpu, &volume, &appearance, &ProjectionOptions::default())?;
 
     // Every frame: the ball first, then the volume over and among what is there.
     let view = View {
