@@ -2,7 +2,7 @@
 //!
 //! On the CPU, which knows the least and the greatest scalar of each cell: how many items there are
 //! decides what is allocated, so a device would be waited for twice. 187 000 cells take some 2 ms on
-//! two cores, and another if they are drawn in pieces; passes took 136 ms on llvmpipe, half of that
+//! two cores, and twice that if they are drawn in pieces; passes took 136 ms on llvmpipe, half of that
 //! in barriers. Lists that an edit leaves as they were stay on the device.
 //!
 //! Left out are cells without volume, cells with a scalar that is NaN, and cells whose scalars map

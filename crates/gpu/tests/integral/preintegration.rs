@@ -107,7 +107,7 @@ fn entries_are_the_integral() {
                 let off = (f64::from(*found) - truth).abs() / scale;
                 worst = worst.max(off);
                 assert!(
-                    off <= 1.7e-6 || densest > 3.0,
+                    off <= 1.7e-6,
                     "{model:?} {probe:?}: {entry:?}, truth {truth:?}"
                 );
             }
