@@ -3,7 +3,7 @@
 // The first and the last interval are constant and reach beyond every scalar; a
 // step is a boundary at which neighbors disagree. Scalars are in the unit of
 // `ScalarMap`, extinction is per normalized length.
-// Needs: `fn interval(i: u32) -> Interval` and `fn interval_count() -> u32`.
+// Needs: `fn interval(i: u32) -> KnotPair` and `fn interval_count() -> u32`.
 
 struct KnotPair {
     at_low: vec4f,  // linear RGB and extinction at the lower end, from within
@@ -14,7 +14,7 @@ struct KnotPair {
 }
 
 // Both weights come from differences of given numbers, so neither end loses digits.
-fn sample_interval(i: Interval, scalar: f32) -> vec4f {
+fn sample_interval(i: KnotPair, scalar: f32) -> vec4f {
     let toward_high = saturate((scalar - i.low) * i.inverse_width);
     let toward_low = saturate((i.high - scalar) * i.inverse_width);
     return i.at_low * toward_low + i.at_high * toward_high;

@@ -50,7 +50,7 @@ struct Gathered {
     // The interval of the transfer function in which the ray is: the scalar is
     // continuous along a path, so the next cell most likely begins in it.
     index: u32,
-    interval: Interval,
+    interval: KnotPair,
 }
 
 fn nothing_gathered() -> Gathered {
