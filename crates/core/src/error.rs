@@ -158,9 +158,9 @@ impl Error {
             Error::NoSuchField { available, .. } if !available.is_empty() => {
                 Some("choose one of these fields".into())
             }
-            Error::TooLarge { .. } | Error::OutOfMemory { .. } => {
-                Some("draw a smaller image or mesh, or without a GPU".into())
-            }
+            Error::TooLarge { .. } | Error::OutOfMemory { .. } => Some(
+                "ask for a smaller image or mesh, or fewer samples, or draw without a GPU".into(),
+            ),
             Error::NoMemory { .. } => Some("draw a smaller image".into()),
             Error::Unsupported { .. } => Some("choose another algorithm".into()),
             Error::NoSuchField { .. }

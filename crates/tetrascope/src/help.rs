@@ -38,7 +38,7 @@ pub fn help(error: &Error) -> Option<String> {
             Some(format!("did you mean '{meant}'?"))
         }
         Error::TooLarge { .. } | Error::OutOfMemory { .. } => Some(
-            "draw a smaller image or mesh, or use `--algorithm reference`, which needs no GPU"
+            "ask for a smaller image or mesh, or fewer samples; `render --algorithm reference` needs no GPU"
                 .into(),
         ),
         Error::Unsupported { .. } => {

@@ -124,7 +124,7 @@ pub struct LoadedFields {
 /// Where two fields have one name, that of the cells is followed by " (cell)".
 ///
 /// # Errors
-/// As [`load`]; [`Error::Unsupported`] for a regular grid.
+/// As [`load`]; [`Error::Invalid`] also for a regular grid.
 pub fn load_fields(source: &VolumeSource, names: Option<&[String]>) -> Result<LoadedFields, Error> {
     let mut data = match open(source)? {
         Opened::Mesh(data) => data,
@@ -151,10 +151,9 @@ pub fn load_fields(source: &VolumeSource, names: Option<&[String]>) -> Result<Lo
             });
         }
         Opened::Grid(_) => {
-            return Err(Error::Unsupported {
-                renderer: "resample",
-                what: "a regular grid".into(),
-                reason: "it takes samples of meshes".into(),
+            return Err(Error::Invalid {
+                what: "samples are taken of meshes, and this is a regular grid already".into(),
+                help: Some("draw it as it is".into()),
             });
         }
     };

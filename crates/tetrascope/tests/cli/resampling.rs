@@ -126,6 +126,9 @@ fn samples_outside_are_what_is_asked_for() {
         assert_eq!(*inside == 1.0, is_inside, "{i}");
         assert_eq!(*sample == -9.0, !is_inside, "{i}: {sample}");
     }
+    let (error, help) = folder.run("resample a.vti -q").failed(3);
+    assert!(error.contains("a regular grid already"), "{error}");
+    assert!(help.contains("as it is"), "{help}");
     folder
         .run("resample cube.vtk --dims 3 --region 5,6,5,6,5,6 --compress -o b.vti")
         .succeeded()

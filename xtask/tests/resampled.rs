@@ -1,0 +1,103 @@
+//! Meshes whose samples `slicing` draws where they are: one crate makes the grid on the device, the
+//! other draws it, and the ground truth has the mesh itself.
+
+use tetrascope::core::grid::Lattice;
+use tetrascope::core::{
+    Appearance, CameraFit, Frame, OpticalModel, TetMesh, View, Volume, VolumeRenderer as _,
+};
+use tetrascope::datasets::wave;
+use tetrascope::gpu::Gpu;
+use tetrascope::resample::{ResampleOptions, Resampler};
+use tetrascope::slicing::{Slicing, SlicingOptions};
+use tetrascope_testing::{ImageError, data_set, fitted, gpu, ramp, truth};
+
+const SIDE: u32 = 32;
+
+/// Samples of `mesh` inside of its box, so many along each axis.
+fn lattice(mesh: &TetMesh, count: usize) -> Lattice {
+    Lattice::over(&mesh.bounds(), [count; 3]).expect("a box")
+}
+
+fn resampler(gpu: &Gpu, mesh: &TetMesh, lattice: &Lattice) -> Resampler {
+    let resampler = Resampler::new(gpu, mesh, lattice, &ResampleOptions::default());
+    let resampler = resampler.expect("it fits");
+    resampler.resample().expect("samples");
+    resampler
+}
+
+fn drawn(gpu: &Gpu, mesh: &TetMesh, count: usize, look: &Appearance, view: &View) -> Frame {
+    let resampler = resampler(gpu, mesh, &lattice(mesh, count));
+    let options = SlicingOptions::default();
+    let slicing = Slicing::from_device(gpu, resampler.grid(), look, &options);
+    slicing.expect("a grid").render(view).expect("a frame")
+}
+
+fn rmse(mesh: &TetMesh, look: &Appearance, view: &View, frame: &Frame) -> f64 {
+    let truth = truth(&Volume::Mesh(mesh.clone()), look);
+    let truth = truth.render(view).expect("a frame");
+    ImageError::between(&truth, frame).rmse
+}
+
+/// The field is continuous and its gradient is not, the box is filled: the error of samples and
+/// that of slices, whose distance follows the samples', both fall by the square of it.
+#[test]
+fn the_error_falls_with_the_number_of_samples() {
+    let Some(gpu) = gpu("the_error_falls_with_the_number_of_samples") else {
+        return;
+    };
+    let mesh = data_set("sphere", Some(5 * 7 * 7 * 7));
+    let volume = Volume::Mesh(mesh.clone());
+    for model in [
+        OpticalModel::EmissionAbsorption,
+        OpticalModel::Emission,
+        OpticalModel::Absorption,
+    ] {
+        let mut look = ramp(&volume);
+        look.optical_model = model;
+        let view = fitted(&volume, CameraFit::PlusIso, false, SIDE);
+        let errors = [12, 24, 48].map(|count| {
+            let frame = drawn(&gpu, &mesh, count, &look, &view);
+            rmse(&mesh, &look, &view, &frame)
+        });
+        eprintln!("{}: {errors:?}", model.name());
+        // A sixteenth at second order, with room for what is left of coarser terms.
+        assert!(errors[2] < errors[0] / 12.0, "{}: {errors:?}", model.name());
+    }
+}
+
+/// In each step other points, other cells and another range of scalars, in one resampler and one
+/// renderer.
+#[test]
+fn a_mesh_that_is_made_anew_is_drawn_anew() {
+    let Some(gpu) = gpu("a_mesh_that_is_made_anew_is_drawn_anew") else {
+        return;
+    };
+    let steps = [0, 1, 15, 30].map(|step| wave(6 * 6 * 6 * 6, step).expect("a valid size"));
+    let volume = Volume::Mesh(steps[0].clone());
+    let look = ramp(&volume);
+    let view = fitted(&volume, CameraFit::PlusIso, true, SIDE);
+    // The surface stays within 0.3 of the mean.
+    let mut bounds = steps[0].bounds();
+    bounds.max.z = 0.35;
+    let lattice = Lattice::over(&bounds, [40; 3]).expect("a box");
+    let mut resampler = resampler(&gpu, &steps[0], &lattice);
+    let options = SlicingOptions::default();
+    let slicing = Slicing::from_device(&gpu, resampler.grid(), &look, &options);
+    let mut slicing = slicing.expect("a grid");
+    let mut frames: Vec<Frame> = Vec::new();
+    for mesh in &steps {
+        resampler.reload(mesh).expect("it fits");
+        resampler.resample().expect("samples");
+        slicing.reload_device(resampler.grid()).expect("a grid");
+        let frame = slicing.render(&view).expect("a frame");
+        let error = rmse(mesh, &look, &view, &frame);
+        // Samples miss half a voxel at the moving surface.
+        assert!(error < 0.03, "{error}");
+        frames.push(frame);
+    }
+    // The picture of another step is farther away than that.
+    for (i, mesh) in steps.iter().enumerate().skip(2) {
+        let stale = rmse(mesh, &look, &view, &frames[0]);
+        assert!(stale > 0.05, "{i}: {stale}");
+    }
+}
