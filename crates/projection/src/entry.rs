@@ -16,7 +16,7 @@ use crate::{ABILITIES, NAME};
 pub const ENTRY: Entry = Entry {
     name: NAME,
     title: "view-independent cell projection",
-    paper: "M. Weiler, M. Kraus, T. Ertl, \"Hardware-Based View-Independent Cell CellProjection\", \
+    paper: "M. Weiler, M. Kraus, T. Ertl, \"Hardware-Based View-Independent Cell Projection\", \
             IEEE Symposium on Volume Visualization and Graphics, 2002, pp. 13-22",
     draws: "any mesh in every optical model; with emission and absorption cells are sorted by \
             their faces where that is known to be right, and else fragments in each pixel; \

@@ -1,6 +1,6 @@
 //! View-independent cell projection: draw each tetrahedron by its faces.
 //!
-//! M. Weiler, M. Kraus, T. Ertl, "Hardware-Based View-Independent Cell CellProjection",
+//! M. Weiler, M. Kraus, T. Ertl, "Hardware-Based View-Independent Cell Projection",
 //! IEEE Symposium on Volume Visualization 2002.
 //!
 //! What the device keeps does not depend on the view (§3.1): vertices, cells and
