@@ -5,7 +5,7 @@ use tetrascope_core::{Knot, TransferFunction};
 use crate::normalization::{HUGE, Normalization, ScalarMap, color};
 
 /// Two neighboring knots, between which color and extinction are linear; the mirror of the
-/// shaders' `Interval`.
+/// shaders' `KnotPair`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct KnotPair {
@@ -65,14 +65,14 @@ pub fn knot_pairs(
 mod tests {
     use tetrascope_shaders::{assert_layout, common::PROBE};
 
-    use super::KnotPair as Interval;
+    use super::KnotPair;
 
     #[test]
     fn knot_pair_has_the_layout_of_its_twin() {
         // `padding` is at the end, where WGSL rounds the size up.
         assert_layout!(
             PROBE,
-            Interval {
+            KnotPair {
                 at_low,
                 at_high,
                 low,
