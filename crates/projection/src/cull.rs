@@ -51,7 +51,7 @@ pub(crate) struct Culled {
     pub(crate) in_pieces: bool,
     /// Whether pieces are in parts, none of an optical depth above 1.
     pub(crate) in_parts: bool,
-    /// What the buffers were made from, so that the next list takes over those that stay.
+    /// The verdicts that the buffers were made from: the next list takes over those that stay.
     verdicts: Arc<Verdicts>,
 }
 
@@ -89,7 +89,7 @@ pub(crate) struct Judged<'a> {
     pub(crate) pieces: bool,
 }
 
-/// What was found of each cell.
+/// The judgment of every cell.
 #[derive(Debug, PartialEq)]
 struct Verdicts {
     /// The first and the last interval of its scalars, 16 bits each.
@@ -107,7 +107,7 @@ struct Share {
     parts: u16,
 }
 
-/// What some cells come to.
+/// Sums over some cells.
 #[derive(Clone, Copy, Debug, Default)]
 struct Total {
     cells: u32,
@@ -239,7 +239,7 @@ pub(crate) fn cull(
     Ok((culled, listed))
 }
 
-/// What is drawn.
+/// The lists that are uploaded.
 struct Lists {
     cells: Vec<u32>,
     /// As in [`Culled::pieces`]; empty where cells are drawn whole.
