@@ -91,13 +91,13 @@ fn a_mesh_that_is_made_anew_is_drawn_anew() {
         slicing.reload_device(resampler.grid()).expect("a grid");
         let frame = slicing.render(&view).expect("a frame");
         let error = rmse(mesh, &look, &view, &frame);
-        // Samples miss half a voxel at the moving surface.
-        assert!(error < 0.03, "{error}");
+        // Samples miss up to half a voxel at the surface: 4.4e-3 over the picture.
+        assert!(error < 0.01, "{error}");
         frames.push(frame);
     }
-    // The picture of another step is farther away than that.
+    // The picture of another step is off some thirty times as far: 0.11 and 0.13.
     for (i, mesh) in steps.iter().enumerate().skip(2) {
         let stale = rmse(mesh, &look, &view, &frames[0]);
-        assert!(stale > 0.05, "{i}: {stale}");
+        assert!(stale > 0.08, "{i}: {stale}");
     }
 }

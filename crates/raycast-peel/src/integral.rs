@@ -9,7 +9,7 @@ use tetrascope_gpu::{Gpu, Integration, sides};
 use crate::NAME;
 use crate::options::RaycastOptions;
 
-/// What a table is to hold.
+/// The segments that a table is made for.
 pub(crate) struct Segments<'a> {
     pub(crate) mesh: &'a TetMesh,
     /// World units in a normalized unit.

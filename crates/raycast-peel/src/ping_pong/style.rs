@@ -15,7 +15,7 @@ use super::passes::{Pipelines, StyledPasses};
 use crate::integral::{Segments, table};
 use crate::options::{Crossings, RaycastOptions};
 
-/// What `restyle` changes.
+/// All that `restyle` replaces.
 #[derive(Debug)]
 pub(super) struct Style {
     pub(super) appearance: Appearance,

@@ -17,7 +17,7 @@ use super::mesh::{Kind, Mesh};
 use crate::integral::{Segments, sides_constant, table};
 use crate::options::{Entries, RaycastOptions};
 
-/// What `restyle` changes.
+/// All that `restyle` replaces.
 #[derive(Debug)]
 pub(super) struct Style {
     pub(super) appearance: Appearance,
