@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use tetrascope::core::grid::Lattice;
 use tetrascope::core::{Error, TetMesh, Volume};
-use tetrascope::resample::{ResampleOptions, Resampler};
+use tetrascope::resample::{Resampler, ResamplerOptions};
 use tetrascope::scene::VolumeSource;
 use tetrascope::{Context, volumes};
 
@@ -40,8 +40,12 @@ fn main() -> Result<(), Error> {
     let mesh = mesh(name)?;
     let lattice = Lattice::over(&mesh.bounds(), dims)?;
     let context = Context::new();
-    let mut resampler =
-        Resampler::new(context.gpu()?, &mesh, &lattice, &ResampleOptions::default())?;
+    let mut resampler = Resampler::new(
+        context.gpu()?,
+        &mesh,
+        &lattice,
+        &ResamplerOptions::default(),
+    )?;
     resampler.resample()?;
     let adapter = context.adapter().unwrap_or_default();
     println!("{} cells, {adapter}", mesh.cell_count());

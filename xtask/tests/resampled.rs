@@ -7,7 +7,7 @@ use tetrascope::core::{
 };
 use tetrascope::datasets::wave;
 use tetrascope::gpu::Gpu;
-use tetrascope::resample::{ResampleOptions, Resampler};
+use tetrascope::resample::{Resampler, ResamplerOptions};
 use tetrascope::slicing::{Slicing, SlicingOptions};
 use tetrascope_testing::{ImageError, data_set, fitted, gpu, ramp, truth};
 
@@ -19,7 +19,7 @@ fn lattice(mesh: &TetMesh, count: usize) -> Lattice {
 }
 
 fn resampler(gpu: &Gpu, mesh: &TetMesh, lattice: &Lattice) -> Resampler {
-    let resampler = Resampler::new(gpu, mesh, lattice, &ResampleOptions::default());
+    let resampler = Resampler::new(gpu, mesh, lattice, &ResamplerOptions::default());
     let resampler = resampler.expect("it fits");
     resampler.resample().expect("samples");
     resampler

@@ -45,5 +45,5 @@ mod options;
 mod placed;
 mod resampler;
 
-pub use options::{Outside, Passes, ResampleOptions};
+pub use options::{Outside, Passes, ResamplerOptions};
 pub use resampler::Resampler;

@@ -24,7 +24,7 @@ impl Passes {
 
 /// Options of [`Resampler`](crate::Resampler).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct ResampleOptions {
+pub struct ResamplerOptions {
     /// How the samples in a cell are found.
     pub passes: Passes,
 }

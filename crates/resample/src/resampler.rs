@@ -7,7 +7,7 @@ use tetrascope_gpu::memory::{Source, read_back};
 use tetrascope_gpu::{DeviceGrid, Gpu, wgpu};
 
 use crate::direct::{Direct, Tuning};
-use crate::options::{Outside, ResampleOptions};
+use crate::options::{Outside, ResamplerOptions};
 use crate::placed::Placed;
 
 /// Takes samples of a mesh at the points of a lattice, on the device.
@@ -31,7 +31,7 @@ impl Resampler {
         gpu: &Gpu,
         mesh: &TetMesh,
         lattice: &Lattice,
-        options: &ResampleOptions,
+        options: &ResamplerOptions,
     ) -> Result<Resampler, Error> {
         Resampler::tuned(gpu, mesh, lattice, options, Tuning::new(gpu))
     }
@@ -40,10 +40,10 @@ impl Resampler {
         gpu: &Gpu,
         mesh: &TetMesh,
         lattice: &Lattice,
-        options: &ResampleOptions,
+        options: &ResamplerOptions,
         tuning: Tuning,
     ) -> Result<Resampler, Error> {
-        let ResampleOptions { passes: _ } = options;
+        let ResamplerOptions { passes: _ } = options;
         lattice.validate()?;
         let placed = Placed::new(mesh, lattice)?;
         let grid = DeviceGrid::new(gpu, lattice, Texels::Covered, placed.scalar_range)?;

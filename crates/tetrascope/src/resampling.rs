@@ -5,7 +5,7 @@ use tetrascope_core::grid::{Lattice, Samples};
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Bounds, Error, Scalars, TetMesh, is_value};
 use tetrascope_gpu::Gpu;
-use tetrascope_resample::{Outside, ResampleOptions, Resampler};
+use tetrascope_resample::{Outside, Resampler, ResamplerOptions};
 
 use crate::volumes::LoadedFields;
 
@@ -96,7 +96,7 @@ impl Sampled {
         outside: f32,
         done: impl Fn(f64),
     ) -> Result<Sampled, Error> {
-        let options = ResampleOptions::default();
+        let options = ResamplerOptions::default();
         let has_gaps = |field: &Scalars| field.values.iter().any(|value| !is_value(*value));
         // What tells inside from outside has a value everywhere.
         let whole = loaded.fields.iter().any(has_gaps).then(|| Scalars {

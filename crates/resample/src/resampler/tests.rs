@@ -55,7 +55,7 @@ fn tuning(gpu: &Gpu) -> Tuning {
 }
 
 fn resampler(gpu: &Gpu, mesh: &TetMesh, lattice: &Lattice, tuning: Tuning) -> Resampler {
-    let options = ResampleOptions::default();
+    let options = ResamplerOptions::default();
     let made = Resampler::tuned(gpu, mesh, lattice, &options, tuning).expect("it fits");
     made.resample().expect("it runs");
     made
@@ -598,7 +598,7 @@ fn what_cannot_be_sampled_is_refused_in_words() {
         (&sphere, far, "samples from the grid"),
     ];
     for (mesh, lattice, words) in cases {
-        let made = Resampler::new(&gpu, mesh, &lattice, &ResampleOptions::default());
+        let made = Resampler::new(&gpu, mesh, &lattice, &ResamplerOptions::default());
         let error = made.expect_err(words).to_string();
         assert!(error.contains(words) && !error.contains('\n'), "{error}");
     }
