@@ -9,7 +9,8 @@
 //! cells, `integral` adds them up, and `surface` finds isosurfaces in them.
 //!
 //! Where the grid has a coverage, `covered` takes the place of the cubics: extinction is one
-//! still, and color a quotient of two.
+//! still, and color a quotient of two; unless the optical model has no extinction, for which a
+//! sample is there or not.
 //!
 //! A cell with a NaN or an infinity at a corner is transparent. Where each sample fills a
 //! cell of its own, all corners of a cell are that sample, and an isosurface is nowhere, as
@@ -44,6 +45,7 @@ use std::ops::Range;
 use tetrascope_core::appearance::{CueRamp, clip_ray};
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::Interpolation;
+use tetrascope_core::grid::coverage::{THERE, fades};
 use tetrascope_core::optics::over;
 use tetrascope_core::{Appearance, DepthCue, Error, Grid, OpticalModel, Ray, View};
 
@@ -166,6 +168,18 @@ impl GridBody {
         self.of_corners(cell, |index| samples.get(index))
     }
 
+    /// The same without a value where less than [`THERE`] of a sample is.
+    fn corners_there(&self, cell: [usize; 3]) -> [f64; 8] {
+        let samples = self.grid.samples();
+        match self.grid.coverage() {
+            None => self.corners(cell),
+            Some(coverage) => self.of_corners(cell, |index| match coverage[index] < THERE {
+                true => f64::NAN,
+                false => samples.get(index),
+            }),
+        }
+    }
+
     /// The cell with its coverage, if the grid has one; `Some(None)` where nothing is covered.
     fn covered(&self, cell: [usize; 3], corners: &[f64; 8]) -> Option<Option<CoveredCell>> {
         let coverage = self.grid.coverage()?;
@@ -272,8 +286,13 @@ impl GridScene<'_> {
                 if length <= 0.0 {
                     continue;
                 }
-                let corners = body.corners(stretch.cell);
-                let covered = body.covered(stretch.cell, &corners);
+                let (corners, covered) = match fades(self.look.model) {
+                    false => (body.corners_there(stretch.cell), None),
+                    true => {
+                        let corners = body.corners(stretch.cell);
+                        (corners, body.covered(stretch.cell, &corners))
+                    }
+                };
                 let range = match &covered {
                     None => range(&corners),
                     Some(covered) => covered.map(|cell| cell.range),

@@ -18,8 +18,7 @@
 //! 7. `bound` derives the error bound that comes with each pixel.
 //! 8. `grid` does all of it for regular grids: trilinear interpolation, a cubic in each
 //!    voxel cell, split at knots and integrated by Gauss–Legendre rules; isosurfaces are
-//!    its roots, lit by the interpolant's gradient. Grids with coverage, too, but for models
-//!    that coverage has no meaning for.
+//!    its roots, lit by the interpolant's gradient. Grids with coverage, too.
 //!
 //! N. Max, P. Hanrahan, R. Crawfis, "Area and Volume Coherence for Efficient
 //! Visualization of 3D Scalar Functions", 1990, cast rays through unsorted cells
@@ -88,7 +87,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
-use tetrascope_core::grid::coverage::refuse_coverage;
 use tetrascope_core::{
     Abilities, Appearance, Entry, Error, Frame, OpticalModel, Promise, TetMesh, View, Volume,
     VolumeRenderer,
@@ -328,19 +326,11 @@ impl VolumeRenderer for Reference {
     }
 }
 
-/// Refuses what is not drawn: parts of an appearance, a grid that stays in its file, and one with
-/// [coverage](tetrascope_core::grid::coverage) where that has no meaning.
+/// Refuses what is not drawn: parts of an appearance, and a grid that stays in its file.
 ///
 /// # Errors
 /// [`Error::Unsupported`] with the reason, and what [`Appearance::validate_in`] refuses.
 pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
-    if matches!(
-        appearance.optical_model,
-        OpticalModel::MaximumIntensity | OpticalModel::Isosurfaces
-    ) {
-        let reason = "coverage scales extinction, which the optical model does not use";
-        refuse_coverage(NAME, volume, reason)?;
-    }
     match volume {
         Volume::Mesh(_) | Volume::Grid(_) => ABILITIES.check(NAME, appearance, &volume.bounds()),
         _ => Err(Error::Unsupported {

@@ -12,7 +12,9 @@
 //! 2. `direct` records the passes. `fill.wgsl` goes through the columns of samples that a cell meets,
 //!    cells with much to do apart (`arrange.wgsl`), and `column.wgsl` finds the part of a column in
 //!    the cell and writes the samples there.
-//! 3. [`Resampler`] is a mesh and its grid.
+//! 3. [`Resampler`] is a mesh and its grid (§3).
+//! 4. [`Resampling`] draws a mesh by the slices of its grid (§3.2), with
+//!    [`Slicing`](tetrascope_slicing::Slicing).
 //!
 //! # Departures from the paper
 //! - *Columns for slices* ([`Passes::Direct`]). The paper draws the cross section of a cell in
@@ -39,11 +41,36 @@
 //!   than 10⁻⁵ of the range.
 //! - Scalars are rounded to f32 in the field's unit, as the grid holds them.
 
+pub mod counters;
 mod direct;
+mod entry;
 mod gpu_data;
 mod options;
 mod placed;
+mod renderer;
 mod resampler;
 
-pub use options::{Outside, Passes, ResamplerOptions};
+pub use entry::ENTRY;
+pub use options::{MAX_SAMPLES, MIN_SAMPLES, Outside, Passes, ResamplerOptions, ResamplingOptions};
+pub use renderer::Resampling;
 pub use resampler::Resampler;
+
+use tetrascope_core::{Abilities, Error};
+
+/// The algorithm's name.
+pub const NAME: &str = "resample";
+
+/// What it draws beyond the volumetric optical models.
+pub const ABILITIES: Abilities = tetrascope_slicing::ABILITIES;
+
+/// What slices refuse is refused by this algorithm.
+fn renamed(error: Error) -> Error {
+    match error {
+        Error::Unsupported { what, reason, .. } => Error::Unsupported {
+            renderer: NAME,
+            what,
+            reason,
+        },
+        other => other,
+    }
+}

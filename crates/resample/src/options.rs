@@ -1,4 +1,16 @@
-//! How samples are taken.
+//! How samples are taken, and how they are drawn.
+
+use tetrascope_core::grid::Lattice;
+use tetrascope_core::{Error, Settings, TetMesh};
+use tetrascope_slicing::SlicingOptions;
+
+use crate::ENTRY;
+
+/// The fewest samples along the longest axis of a mesh that are drawn.
+pub const MIN_SAMPLES: usize = 2;
+
+/// The most: 64 GiB on the device, if the others are as long.
+pub const MAX_SAMPLES: usize = 2048;
 
 /// How the samples in a cell are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -10,16 +22,8 @@ pub enum Passes {
     Direct,
 }
 
-impl Passes {
-    /// All, in the order of their names.
-    pub const ALL: [Passes; 1] = [Passes::Direct];
-
-    /// The name that people write.
-    pub fn name(self) -> &'static str {
-        match self {
-            Passes::Direct => "direct",
-        }
-    }
+tetrascope_core::choices! {
+    Passes: "direct" = Direct;
 }
 
 /// Options of [`Resampler`](crate::Resampler).
@@ -37,4 +41,48 @@ pub enum Outside {
     Uncovered,
     /// NaN, and no coverage.
     Nan,
+}
+
+/// Options of [`Resampling`](crate::Resampling).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResamplingOptions {
+    /// Samples along the longest axis of the mesh's box, [`MIN_SAMPLES`] to [`MAX_SAMPLES`]; they
+    /// are about as far apart along the others.
+    pub samples: usize,
+    /// Where samples are taken instead, for a part of a mesh, or for one that moves: what is
+    /// drawn ends where they do. A mesh whose box changes may have other samples, and buffers,
+    /// in each step unless this is given.
+    pub lattice: Option<Lattice>,
+    /// How samples are taken.
+    pub resampler: ResamplerOptions,
+    /// How they are drawn. Polygons cut on the CPU, and bricks, are refused.
+    pub slicing: SlicingOptions,
+}
+
+/// The defaults of [`ENTRY`]'s settings.
+impl Default for ResamplingOptions {
+    fn default() -> Self {
+        ResamplingOptions::from_settings(&Settings::defaults(&ENTRY))
+    }
+}
+
+impl ResamplingOptions {
+    /// The places of the samples of `mesh`.
+    ///
+    /// # Errors
+    /// Numbers out of range, a mesh without volume, and what [`Lattice::validate`] refuses.
+    pub fn lattice(&self, mesh: &TetMesh) -> Result<Lattice, Error> {
+        if let Some(lattice) = &self.lattice {
+            lattice.validate()?;
+            return Ok(*lattice);
+        }
+        if !(MIN_SAMPLES..=MAX_SAMPLES).contains(&self.samples) {
+            return Err(Error::Invalid {
+                what: format!("{} samples along the longest axis", self.samples),
+                help: Some(format!("give {MIN_SAMPLES} to {MAX_SAMPLES}; 128 is usual")),
+            });
+        }
+        let bounds = mesh.bounds();
+        Lattice::over(&bounds, Lattice::dims_over(&bounds, self.samples))
+    }
 }

@@ -36,16 +36,21 @@ pub(crate) fn along(lattice: &Lattice) -> usize {
     }
 }
 
+/// Refuses a mesh without volume.
+pub(crate) fn check_volume(mesh: &TetMesh) -> Result<(), Error> {
+    match mesh.cell_count() == 0 || mesh.bounds().size().cmple(DVec3::ZERO).any() {
+        true => Err(Error::invalid("the mesh has no volume to take samples of")),
+        false => Ok(()),
+    }
+}
+
 impl Placed {
     /// Places `mesh` in `lattice`, which is valid.
     ///
     /// # Errors
     /// A mesh without volume, and one that is too far away, or too large, for its samples.
     pub(crate) fn new(mesh: &TetMesh, lattice: &Lattice) -> Result<Placed, Error> {
-        let size = mesh.bounds().size();
-        if mesh.cell_count() == 0 || size.cmple(DVec3::ZERO).any() {
-            return Err(Error::invalid("the mesh has no volume to take samples of"));
-        }
+        check_volume(mesh)?;
         let from_world = lattice.linear().inverse();
         let farthest = lattice.corners().map(|corner| corner.abs().max_element());
         let farthest = farthest.into_iter().fold(0.0, f64::max);

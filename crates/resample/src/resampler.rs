@@ -17,6 +17,8 @@ use crate::placed::Placed;
 #[derive(Debug)]
 pub struct Resampler {
     gpu: Gpu,
+    options: ResamplerOptions,
+    tuning: Tuning,
     grid: DeviceGrid,
     direct: Direct,
 }
@@ -43,13 +45,14 @@ impl Resampler {
         options: &ResamplerOptions,
         tuning: Tuning,
     ) -> Result<Resampler, Error> {
-        let ResamplerOptions { passes: _ } = options;
         lattice.validate()?;
         let placed = Placed::new(mesh, lattice)?;
         let grid = DeviceGrid::new(gpu, lattice, Texels::Covered, placed.scalar_range)?;
         let direct = Direct::new(gpu, &grid, &placed, mesh.tetrahedra(), tuning)?;
         Ok(Resampler {
             gpu: gpu.clone(),
+            options: *options,
+            tuning,
             grid,
             direct,
         })
@@ -61,7 +64,22 @@ impl Resampler {
     /// # Errors
     /// As for [`Resampler::new`]; then the mesh before stays.
     pub fn reload(&mut self, mesh: &TetMesh) -> Result<(), Error> {
-        let lattice = self.grid.lattice();
+        self.reload_on(mesh, &{ *self.grid.lattice() })
+    }
+
+    /// The same for samples at the points of another lattice. The texture is the same where there
+    /// are as many samples along each axis.
+    ///
+    /// # Errors
+    /// As for [`Resampler::new`]; then the mesh and the lattice before stay.
+    pub fn reload_on(&mut self, mesh: &TetMesh, lattice: &Lattice) -> Result<(), Error> {
+        lattice.validate()?;
+        let shape = |lattice: &Lattice| (lattice.dims, lattice.linear().determinant() < 0.0);
+        if shape(lattice) != shape(self.grid.lattice()) {
+            let (gpu, options) = (&self.gpu, &self.options);
+            *self = Resampler::tuned(gpu, mesh, lattice, options, self.tuning)?;
+            return Ok(());
+        }
         let placed = Placed::new(mesh, lattice)?;
         let texture = self.grid.texture().clone();
         let range = placed.scalar_range;

@@ -1,11 +1,10 @@
 //! The algorithm's entry: its settings, what it draws, how near to the truth.
 
-use std::sync::Arc;
-
-use tetrascope_core::grid::BrickSource;
+use tetrascope_core::grid::Lattice;
 use tetrascope_core::settings::words;
 use tetrascope_core::{Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, View};
 use tetrascope_f32::Normalization;
+use tetrascope_gpu::device_grid::Texels;
 use tetrascope_gpu::transfer_function::check_knots;
 
 use crate::cells::between_samples;
@@ -15,7 +14,7 @@ use crate::options::{
     PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength, Storage, Traversal,
 };
 use crate::samples::source_of;
-use crate::{ABILITIES, NAME};
+use crate::{ABILITIES, NAME, Slicing};
 
 /// This algorithm's entry.
 pub const ENTRY: Entry = Entry {
@@ -73,36 +72,54 @@ pub const ENTRY: Entry = Entry {
     supports: |volume, appearance, view, settings| {
         let options = SlicingOptions::from_settings(settings);
         let source = source_of(volume)?;
-        check(&*source, appearance, &options)?;
+        let lattice = source.lattice();
+        check(&lattice, appearance, &options)?;
         if source.has_coverage() {
             options.check_coverage(appearance.optical_model)?;
-            options.check_device_grid(&source.lattice())?;
+            options.check_device_grid(&lattice)?;
         }
-        check_view(source, view, &options)
+        check_view(&between_samples(source).lattice(), view, &options)
     },
 };
 
+impl Slicing {
+    /// Whether [`Slicing::from_device`] would draw such a grid, as far as that can be said without
+    /// one.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn supports_device(
+        lattice: &Lattice,
+        texels: Texels,
+        appearance: &Appearance,
+        view: &View,
+        options: &SlicingOptions,
+    ) -> Result<(), Error> {
+        check(lattice, appearance, options)?;
+        if texels == Texels::Covered {
+            options.check_coverage(appearance.optical_model)?;
+        }
+        options.check_device_grid(lattice)?;
+        check_view(lattice, view, options)
+    }
+}
+
 /// Refuses what is not drawn like this, whatever the view.
 pub(crate) fn check(
-    source: &dyn BrickSource,
+    lattice: &Lattice,
     appearance: &Appearance,
     options: &SlicingOptions,
 ) -> Result<(), Error> {
-    ABILITIES.check(NAME, appearance, &source.lattice().bounds())?;
+    ABILITIES.check(NAME, appearance, &lattice.bounds())?;
     check_knots(&appearance.transfer_function)?;
     options.validate()
 }
 
 /// Refuses a view with more slices than are drawn.
-fn check_view(
-    source: Arc<dyn BrickSource>,
-    view: &View,
-    options: &SlicingOptions,
-) -> Result<(), Error> {
+fn check_view(lattice: &Lattice, view: &View, options: &SlicingOptions) -> Result<(), Error> {
     view.validate()?;
-    let lattice = between_samples(source).lattice();
     let normalization = Normalization::of(&lattice.bounds());
-    geometry(view, &lattice, &normalization, options.slices_per_voxel).map(drop)
+    geometry(view, lattice, &normalization, options.slices_per_voxel).map(drop)
 }
 
 /// In cells an isosurface is where it is, however far slices are apart.

@@ -61,8 +61,8 @@
 //!   they have no gradient, so shading and isosurfaces do nothing there.
 //! - What is streamed cannot be recorded into a caller's encoder.
 //! - A grid with [coverage](tetrascope_core::grid::coverage) is on the device as a whole, as is
-//!   any [`DeviceGrid`](tetrascope_gpu::DeviceGrid); it has neither isosurfaces, nor greatest
-//!   colors, nor shading, and its samples do not fill cells.
+//!   any [`DeviceGrid`](tetrascope_gpu::DeviceGrid); it has no shading, and its samples do not
+//!   fill cells.
 //!
 //! # In an application with its own wgpu
 //! [`Slicing::from_device`] has another example: a grid that a compute pass writes.

@@ -1,5 +1,6 @@
 //! What can be chosen.
 
+use tetrascope_core::grid::coverage::fades;
 use tetrascope_core::grid::{Interpolation, Lattice};
 use tetrascope_core::{Error, OpticalModel, Settings};
 pub use tetrascope_f32::Domain;
@@ -161,20 +162,14 @@ impl SlicingOptions {
     /// Refuses what has no meaning for a volume with
     /// [coverage](tetrascope_core::grid::coverage).
     pub(crate) fn check_coverage(&self, model: OpticalModel) -> Result<(), Error> {
-        let what = match model {
-            OpticalModel::EmissionAbsorption
-            | OpticalModel::Emission
-            | OpticalModel::Absorption => match self.shading {
-                Shading::None => return Ok(()),
-                Shading::Phong(_) => "shading".to_owned(),
-            },
-            other => format!("the model {}", other.name()),
-        };
-        Err(Error::Unsupported {
-            renderer: NAME,
-            what: format!("{what} of a grid with coverage"),
-            reason: "coverage scales extinction, and has no other meaning".into(),
-        })
+        match fades(model) && self.shading != Shading::None {
+            false => Ok(()),
+            true => Err(Error::Unsupported {
+                renderer: NAME,
+                what: "shading of a grid with coverage".into(),
+                reason: "where coverage changes there is no gradient of the scalar alone".into(),
+            }),
+        }
     }
 
     /// Samples beyond a box that its slabs may read in `model`.

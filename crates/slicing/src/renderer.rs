@@ -61,8 +61,9 @@ impl Slicing {
         appearance: &Appearance,
         options: &SlicingOptions,
     ) -> Result<Slicing, Error> {
-        check(&*source, appearance, options)?;
-        let bounds = source.lattice().bounds();
+        let lattice = source.lattice();
+        check(&lattice, appearance, options)?;
+        let bounds = lattice.bounds();
         Slicing::with(gpu, appearance, options, &bounds, |reach| {
             Samples::from_source(source, reach, options)
         })
@@ -106,7 +107,7 @@ impl Slicing {
     ///
     /// # Errors
     /// [`Error::Unsupported`] for samples that fill cells, for polygons cut on the CPU and for
-    /// bricks; with coverage also for isosurfaces, greatest colors and shading.
+    /// bricks; with coverage also for shading.
     pub fn from_device(
         gpu: &Gpu,
         grid: &DeviceGrid,
@@ -124,12 +125,25 @@ impl Slicing {
     /// # Errors
     /// As [`Slicing::from_device`]; what was drawn before is kept then.
     pub fn reload_device(&mut self, grid: &DeviceGrid) -> Result<(), Error> {
+        self.reload_made(grid, |_| ())
+    }
+
+    /// Draws another grid from now on, which the commands that `make` records write; they are
+    /// submitted once nothing else can fail. So the grid may have the texture of the one before.
+    ///
+    /// # Errors
+    /// As [`Slicing::from_device`]; what was drawn before is kept then.
+    pub fn reload_made(
+        &mut self,
+        grid: &DeviceGrid,
+        make: impl FnOnce(&mut wgpu::CommandEncoder),
+    ) -> Result<(), Error> {
         let appearance = &self.style.appearance;
         ABILITIES.check(NAME, appearance, &grid.lattice().bounds())?;
         let reach = self.options.reach(appearance.optical_model);
         let gpu = self.canvas.gpu();
         let samples = Samples::on_device(gpu, grid.clone(), reach, &self.options)?;
-        self.replace(samples)
+        self.replace(samples, make)
     }
 
     /// Records what is to be done once the texture of a grid on the device was written again:
@@ -172,6 +186,7 @@ impl Slicing {
         };
         let style = parts.style(appearance, volume, None)?;
         let cull = style.cull.is_some().then(|| CullPass::new(gpu));
+        style.volume.find(gpu, |_| ())?;
         Ok(Slicing {
             cull: cull.transpose()?,
             canvas: Canvas::new(gpu)?,
@@ -181,19 +196,33 @@ impl Slicing {
         })
     }
 
-    /// Draws other samples from now on.
-    fn replace(&mut self, samples: Samples) -> Result<(), Error> {
+    /// Draws other samples from now on, which `make` records the writing of.
+    fn replace(
+        &mut self,
+        samples: Samples,
+        make: impl FnOnce(&mut wgpu::CommandEncoder),
+    ) -> Result<(), Error> {
         let style = self
             .parts()
             .style(&self.style.appearance, Arc::new(samples), None)?;
-        self.show(style)
+        self.show(style, make)
     }
 
     /// Draws with another style from now on.
-    fn show(&mut self, style: Style) -> Result<(), Error> {
-        if self.cull.is_none() && style.cull.is_some() {
-            self.cull = Some(CullPass::new(self.canvas.gpu())?);
+    fn show(
+        &mut self,
+        style: Style,
+        make: impl FnOnce(&mut wgpu::CommandEncoder),
+    ) -> Result<(), Error> {
+        let gpu = self.canvas.gpu();
+        let cull = match (&self.cull, &style.cull) {
+            (None, Some(_)) => Some(CullPass::new(gpu)?),
+            _ => None,
+        };
+        if !Arc::ptr_eq(&style.volume, &self.style.volume) {
+            style.volume.find(gpu, make)?;
         }
+        self.cull = cull.or(self.cull.take());
         self.style = style;
         Ok(())
     }
@@ -212,12 +241,8 @@ impl VolumeRenderer for Slicing {
         let appearance = &self.style.appearance;
         ABILITIES.check(NAME, appearance, &volume.bounds())?;
         let reach = self.options.reach(appearance.optical_model);
-        self.replace(Samples::of(
-            self.canvas.gpu(),
-            volume,
-            reach,
-            &self.options,
-        )?)
+        let samples = Samples::of(self.canvas.gpu(), volume, reach, &self.options)?;
+        self.replace(samples, |_| ())
     }
 
     /// Uploads the transfer function; samples only if they are floats and the range that
@@ -236,7 +261,7 @@ impl VolumeRenderer for Slicing {
             }
         };
         let style = self.parts().style(appearance, volume, before)?;
-        self.show(style)
+        self.show(style, |_| ())
     }
 
     fn render(&self, view: &View) -> Result<Frame, Error> {

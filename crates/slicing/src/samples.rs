@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use tetrascope_core::grid::coverage::fades;
 use tetrascope_core::grid::{BrickSource, Interpolation, Lattice};
-use tetrascope_core::{Bounds, Error, Grid, Volume};
+use tetrascope_core::{Bounds, Error, Grid, OpticalModel, Volume};
 use tetrascope_f32::{Domain, Normalization};
 use tetrascope_gpu::device_grid::Texels;
-use tetrascope_gpu::{DeviceGrid, Gpu};
+use tetrascope_gpu::{DeviceGrid, Gpu, wgpu};
 
 use crate::NAME;
 use crate::boxes::Boxes;
@@ -84,7 +85,7 @@ impl Samples {
         Samples::new(content, lattice, fills_cells, range, reach, options)
     }
 
-    /// Those of a grid on the device, whose ranges are found there; waits for nothing.
+    /// Those of a grid on the device, whose ranges are yet to be found ([`Samples::find`]).
     pub(crate) fn on_device(
         gpu: &Gpu,
         grid: DeviceGrid,
@@ -94,17 +95,30 @@ impl Samples {
         options.check_device_grid(grid.lattice())?;
         let lattice = *grid.lattice();
         let ranges = DeviceRanges::new(gpu, &grid, &Boxes::new(lattice.cells()), reach)?;
-        gpu.checked("slicing::ranges", 0, || {
-            let mut encoder = gpu.device().create_command_encoder(&Default::default());
-            ranges.record(&mut encoder);
-            gpu.queue().submit([encoder.finish()]);
-        })?;
         let range = grid.scalar_range();
         let content = Content::Device {
             grid: Box::new(grid),
             ranges,
         };
         Samples::new(content, lattice, false, range, reach, options)
+    }
+
+    /// Submits what `make` records to write the samples, and what finds the ranges of boxes in
+    /// them, if they are on the device; waits for nothing.
+    pub(crate) fn find(
+        &self,
+        gpu: &Gpu,
+        make: impl FnOnce(&mut wgpu::CommandEncoder),
+    ) -> Result<(), Error> {
+        let Content::Device { ranges, .. } = &self.content else {
+            return Ok(());
+        };
+        gpu.checked("slicing::ranges", 0, || {
+            let mut encoder = gpu.device().create_command_encoder(&Default::default());
+            make(&mut encoder);
+            ranges.record(&mut encoder);
+            gpu.queue().submit([encoder.finish()]);
+        })
     }
 
     fn new(
@@ -160,11 +174,15 @@ impl Samples {
         self.lattice.bounds()
     }
 
-    /// Whether there may be samples without a value, whose cells are gaps.
-    pub(crate) fn has_gaps(&self) -> bool {
+    /// Whether there may be samples without a value for `model`, whose cells are gaps.
+    pub(crate) fn has_gaps(&self, model: OpticalModel) -> bool {
         match &self.content {
             Content::Source { octree, .. } => octree.gaps,
-            Content::Device { grid, .. } => grid.texels() == Texels::Gaps,
+            Content::Device { grid, .. } => match grid.texels() {
+                Texels::Values => false,
+                Texels::Gaps => true,
+                Texels::Covered => !fades(model),
+            },
         }
     }
 

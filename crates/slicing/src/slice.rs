@@ -200,6 +200,7 @@ impl SlicePass {
         } else {
             ("fs_slice", &volume[..], vec![Some(sums)])
         };
+        let covered = voxels.texels.covered.map(|is| ("COVERED", yes(is)));
         let (vertex, vertex_constants, buffers) = match options.slicer {
             Slicer::VertexProgram => {
                 let by_sides = yes(options.plane_test == PlaneTest::Sides);
@@ -214,7 +215,7 @@ impl SlicePass {
             vertex_constants,
             buffers,
             fragment: Some(fragment),
-            constants: [&common, own].concat(),
+            constants: [&common, own, covered.as_slice()].concat(),
             targets,
             groups: vec![self.frame_layout.clone(), volume_layout.clone()],
             // Both windings: a grid's axes may be left-handed.

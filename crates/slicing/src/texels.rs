@@ -1,7 +1,8 @@
 //! How samples lie in textures, and how they become scalars.
 
-use tetrascope_core::Appearance;
 use tetrascope_core::grid::SampleType;
+use tetrascope_core::grid::coverage::fades;
+use tetrascope_core::{Appearance, OpticalModel};
 use tetrascope_f32::ScalarMap;
 use tetrascope_gpu::wgpu::{Features, TextureFormat};
 use tetrascope_gpu::{Gpu, device_grid};
@@ -23,6 +24,9 @@ pub(crate) struct Texels {
     pub(crate) format: TextureFormat,
     /// What reads them.
     pub(crate) program: &'static str,
+    /// Whether they are read as a scalar with a coverage behind it, of which there is only some or
+    /// none; `None` if the program does not ask.
+    pub(crate) covered: Option<bool>,
     /// Whether the texture unit filters them.
     pub(crate) filtered: bool,
     /// What is read times this is the sample.
@@ -69,19 +73,24 @@ impl Texels {
         }
     }
 
-    /// Those of a grid that is on the device.
-    pub(crate) fn on_device(texels: device_grid::Texels) -> Texels {
-        let program = match texels {
-            device_grid::Texels::Values | device_grid::Texels::Gaps => SLICE_DEVICE,
-            device_grid::Texels::Covered => SLICE_COVERED,
+    /// Those of a grid that is on the device, for `model`.
+    pub(crate) fn on_device(texels: device_grid::Texels, model: OpticalModel) -> Texels {
+        let is_covered = texels == device_grid::Texels::Covered;
+        let (program, covered) = match is_covered && fades(model) {
+            false => (SLICE_DEVICE, Some(is_covered)),
+            true => (SLICE_COVERED, None),
         };
-        Texels::new(texels.format(), program, false, 1.0)
+        Texels {
+            covered,
+            ..Texels::new(texels.format(), program, false, 1.0)
+        }
     }
 
     fn new(format: TextureFormat, program: &'static str, filtered: bool, unit: f32) -> Texels {
         Texels {
             format,
             program,
+            covered: None,
             filtered,
             unit,
             bytes: format.block_copy_size(None).map_or(4, u64::from),

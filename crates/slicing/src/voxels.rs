@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
-use tetrascope_core::Error;
 use tetrascope_core::grid::{BrickSource, Region, Samples};
+use tetrascope_core::{Error, OpticalModel};
 use tetrascope_f32::ScalarMap;
 use tetrascope_gpu::wgpu::{self, Extent3d, Origin3d, TextureFormat, TextureUsages};
 use tetrascope_gpu::{DeviceGrid, Gpu};
@@ -118,12 +118,12 @@ impl Voxels {
         Ok(voxels)
     }
 
-    /// Those of a grid that is on the device already: nothing is uploaded.
-    pub(crate) fn on_device(grid: &DeviceGrid) -> Voxels {
+    /// Those of a grid that is on the device already, for `model`: nothing is uploaded.
+    pub(crate) fn on_device(grid: &DeviceGrid, model: OpticalModel) -> Voxels {
         Voxels {
             view: grid.texture().create_view(&Default::default()),
             texture: grid.texture().clone(),
-            texels: Texels::on_device(grid.texels()),
+            texels: Texels::on_device(grid.texels(), model),
             slots: None,
             bytes: grid.bytes(),
             bytes_uploaded: 0,

@@ -59,6 +59,8 @@ const ALL: &[Algorithm] = &[
     on_gpu!(tetrascope_projection, CellProjection, ProjectionOptions),
     #[cfg(feature = "raycast-peel")]
     on_gpu!(tetrascope_raycast_peel, RaycastPeel, RaycastOptions),
+    #[cfg(feature = "resample")]
+    on_gpu!(tetrascope_resample, Resampling, ResamplingOptions),
     #[cfg(feature = "slicing")]
     on_gpu!(tetrascope_slicing, Slicing, SlicingOptions),
 ];

@@ -20,12 +20,26 @@
 //! A sample without a value ([`is_value`](crate::is_value)) is not covered, whatever its
 //! coverage says, so in a grid with coverage no cell is a gap for one such corner.
 //!
-//! Coverage scales extinction. What an isosurface, or a greatest color, of partly covered
-//! samples would be is not defined, so renderers refuse these optical models.
+//! Coverage scales extinction. Models without one ([`fades`]) know only samples that are there
+//! and others: a sample covered by less than [`THERE`] has no value for them, and the cells around
+//! it are transparent, as those of a sample that is not finite.
 
 use glam::DVec3;
 
-use crate::{Error, Volume};
+use crate::{Error, OpticalModel, Volume};
+
+/// The least coverage with which a sample is there, where a model knows no more.
+pub const THERE: f32 = 0.5;
+
+/// Whether coverage scales what `model` draws.
+pub fn fades(model: OpticalModel) -> bool {
+    match model {
+        OpticalModel::EmissionAbsorption | OpticalModel::Emission | OpticalModel::Absorption => {
+            true
+        }
+        OpticalModel::MaximumIntensity | OpticalModel::Isosurfaces => false,
+    }
+}
 
 /// A point of a grid with coverage.
 #[derive(Clone, Copy, Debug, PartialEq)]

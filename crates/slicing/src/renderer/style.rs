@@ -57,6 +57,7 @@ impl Parts<'_> {
     ) -> Result<Style, Error> {
         let (gpu, options) = (self.gpu, self.options);
         let tf = &appearance.transfer_function;
+        let model = appearance.optical_model;
         let range = volume.domain.scalar_range;
         let known = volume.source().map(|(source, octree)| {
             let table = octree.table(appearance);
@@ -67,10 +68,16 @@ impl Parts<'_> {
             None => {
                 let grid = volume.device_grid().expect("what is no source is there");
                 if grid.texels() == Covered {
-                    options.check_coverage(appearance.optical_model)?;
+                    options.check_coverage(model)?;
                 }
                 let (scale, map) = Scale::on_device(appearance, range);
-                (scale, map, Arc::new(Voxels::on_device(grid)), None, None)
+                (
+                    scale,
+                    map,
+                    Arc::new(Voxels::on_device(grid, model)),
+                    None,
+                    None,
+                )
             }
             Some((source, octree, table, visibility)) => {
                 let sample_type = source.sample_type();
@@ -113,7 +120,7 @@ impl Parts<'_> {
             intervals: &knots,
             appearance,
             deepest,
-            gaps: volume.has_gaps(),
+            gaps: volume.has_gaps(model),
             nearest: volume.fills_cells,
         };
         let slice = self.pass.data(gpu, &voxels, &look, options)?;

@@ -9,14 +9,13 @@ use tetrascope_core::{
     VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
-use tetrascope_reference::{Reference, ReferenceOptions};
 use tetrascope_shaders::slicing::{SLICE_COVERED, SLICE_DEVICE, SLICE_FLOAT};
 use tetrascope_slicing::counters::BRICKS_SKIPPED;
 use tetrascope_slicing::{Integration, Shading, Slicing, SlicingOptions};
 
 use crate::support::*;
 
-/// The models that coverage has a meaning for.
+/// The models whose extinction coverage scales.
 const MODELS: [OpticalModel; 3] = [
     OpticalModel::EmissionAbsorption,
     OpticalModel::Emission,
@@ -263,6 +262,48 @@ fn coverage_takes_nothing_where_there_is_none() {
     assert!(stats.get(BRICKS_SKIPPED).expect("counted") > 0);
 }
 
+/// Greatest colors and isosurfaces know samples that are half there or more and no others, in
+/// the exact picture and in slices: the same numbers as without coverage and with gaps.
+#[test]
+fn without_extinction_a_sample_is_there_or_not() {
+    let Some(gpu) = testing::gpu("without_extinction_a_sample_is_there_or_not") else {
+        return;
+    };
+    let covered = with(&cube_of(13), ball);
+    let shares = covered.coverage().expect("covered");
+    let is_partly = |share: &f32| *share > 0.0 && *share < 1.0;
+    assert!(shares.iter().any(is_partly));
+    let there = |p: DVec3| if ball(p) < 0.5 { f64::NAN } else { field(p) };
+    let gaps = grid(&cube(13), there);
+    let volume = Volume::Grid(covered.clone());
+    let greatest = appearance(&ramp(5.0), OpticalModel::MaximumIntensity);
+    let surfaces = testing::surfaces(
+        &volume,
+        appearance(&ramp(5.0), OpticalModel::EmissionAbsorption),
+    );
+    for look in [&greatest, &surfaces] {
+        let options = SlicingOptions::default();
+        // From a model that sees coverage to one that does not, and back.
+        let light = appearance(&ramp(5.0), OpticalModel::Emission);
+        let mut slicing = Slicing::new(&gpu, &volume, &light, &options).expect("it fits");
+        for (name, view) in views(&covered) {
+            let view = small(view);
+            let context = format!("{:?} {name}", look.optical_model);
+            let [a, b] = [&covered, &gaps].map(|grid| truth(grid, look, &view));
+            assert!(a == b, "{context}");
+            let expected = draw(&gpu, &gaps, look, &options, &view);
+            assert!(shows(&expected) || name == "inside", "{context}");
+            let before = slicing.render(&view).expect("a view");
+            slicing.restyle(look).expect("it draws it");
+            let found = slicing.render(&view).expect("a view");
+            assert_near(&found, &expected, &context);
+            slicing.restyle(&light).expect("it draws it");
+            let after = slicing.render(&view).expect("a view");
+            assert!(after.pixels == before.pixels, "{context}");
+        }
+    }
+}
+
 fn refusal(gpu: &Gpu, volume: &Volume, look: &Appearance, options: &SlicingOptions) -> Error {
     Slicing::new(gpu, volume, look, options).expect_err("it has no meaning")
 }
@@ -277,8 +318,6 @@ fn what_coverage_does_not_mean_is_refused() {
     let volume = Volume::Grid(covered);
     let plain = SlicingOptions::default();
     let volumetric = appearance(&ramp(5.0), OpticalModel::EmissionAbsorption);
-    let greatest = appearance(&ramp(5.0), OpticalModel::MaximumIntensity);
-    let surfaces = testing::surfaces(&volume, volumetric.clone());
     let lit = SlicingOptions {
         shading: Shading::Phong(Default::default()),
         ..Default::default()
@@ -288,39 +327,18 @@ fn what_coverage_does_not_mean_is_refused() {
         ..Default::default()
     };
     for (look, options, words) in [
-        (
-            &greatest,
-            &plain,
-            "the model maximum-intensity of a grid with coverage",
-        ),
-        (
-            &surfaces,
-            &plain,
-            "the model isosurfaces of a grid with coverage",
-        ),
         (&volumetric, &lit, "shading of a grid with coverage"),
         (&volumetric, &poor, "not streamed, needs 1000 bytes"),
     ] {
         let error = refusal(&gpu, &volume, look, options).to_string();
         assert!(error.contains(words), "{error}");
     }
-    // A renderer stays what it was.
-    let mut slicing = Slicing::new(&gpu, &volume, &volumetric, &plain).expect("it fits");
-    assert!(slicing.restyle(&greatest).is_err());
-    let (_, view) = views(&cube_of(5)).swap_remove(0);
-    slicing.render(&view).expect("as before");
     let error = Slicing::from_source(&gpu, source, &volumetric, &plain).expect_err("lost");
     assert!(
         error.to_string().contains("a source with coverage"),
         "{error}"
     );
-    for look in [&greatest, &surfaces] {
-        let error = Reference::new(&volume, look, &ReferenceOptions::default()).err();
-        let error = error.expect("no meaning").to_string();
-        assert!(error.contains("a grid with coverage"), "{error}");
-        let mut reference = testing::truth(&volume, &volumetric);
-        assert!(reference.restyle(look).is_err());
-    }
+    let (_, view) = views(&cube_of(5)).swap_remove(0);
     let bytes = grid_of(&cube(5), |p| (255.0 * field(p)) as u8, Samples::U8);
     let tf = TransferFunction::new(vec![
         knot(0.0, DVec3::ONE, 0.0),

@@ -1,0 +1,101 @@
+//! The renderer: a mesh, its samples, and slices of them.
+
+use tetrascope_core::{Appearance, Error, Frame, View, Volume, VolumeRenderer};
+use tetrascope_gpu::{Canvas, Commands, Draw, Gpu, Recorded, Target, draw};
+use tetrascope_slicing::Slicing;
+
+use crate::counters::SAMPLES;
+use crate::entry::mesh_of;
+use crate::options::ResamplingOptions;
+use crate::renamed;
+use crate::resampler::Resampler;
+
+/// Draws a mesh by its samples at the points of a regular lattice, which never leave the device.
+///
+/// Samples are taken when the mesh changes; frames slice them ([`Slicing`]).
+#[derive(Debug)]
+pub struct Resampling {
+    options: ResamplingOptions,
+    resampler: Resampler,
+    slicing: Slicing,
+    cell_count: usize,
+}
+
+impl Resampling {
+    /// Uploads the mesh in `volume`, takes its samples and compiles what `appearance` needs.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for a grid, and what [`ResamplingOptions::lattice`],
+    /// [`Resampler::new`] and [`Slicing::from_device`] refuse.
+    pub fn new(
+        gpu: &Gpu,
+        volume: &Volume,
+        appearance: &Appearance,
+        options: &ResamplingOptions,
+    ) -> Result<Resampling, Error> {
+        let mesh = mesh_of(volume)?;
+        let lattice = options.lattice(mesh)?;
+        let resampler = Resampler::new(gpu, mesh, &lattice, &options.resampler)?;
+        resampler.resample()?;
+        let grid = resampler.grid();
+        let slicing = Slicing::from_device(gpu, grid, appearance, &options.slicing);
+        Ok(Resampling {
+            options: options.clone(),
+            slicing: slicing.map_err(renamed)?,
+            resampler,
+            cell_count: mesh.cell_count(),
+        })
+    }
+
+    /// The mesh and its samples.
+    pub fn resampler(&self) -> &Resampler {
+        &self.resampler
+    }
+}
+
+impl VolumeRenderer for Resampling {
+    /// Takes samples of another mesh, whatever it has in common with the one before, and submits
+    /// the commands; waits for nothing. Buffers and texture are used again unless there are more
+    /// cells or other samples.
+    fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+        let mesh = mesh_of(volume)?;
+        let lattice = self.options.lattice(mesh)?;
+        self.resampler.reload_on(mesh, &lattice)?;
+        let resampler = &self.resampler;
+        self.slicing
+            .reload_made(resampler.grid(), |encoder| resampler.encode(encoder))
+            .map_err(renamed)?;
+        self.cell_count = mesh.cell_count();
+        Ok(())
+    }
+
+    fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        self.slicing.restyle(appearance).map_err(renamed)
+    }
+
+    fn render(&self, view: &View) -> Result<Frame, Error> {
+        draw::render(self, view)
+    }
+}
+
+impl Draw for Resampling {
+    fn canvas(&self) -> &Canvas {
+        self.slicing.canvas()
+    }
+
+    fn record(
+        &self,
+        commands: &mut Commands,
+        view: &View,
+        target: &Target,
+    ) -> Result<Recorded, Error> {
+        let recorded = self.slicing.record(commands, view, target);
+        let mut recorded = recorded.map_err(renamed)?;
+        let samples: usize = self.resampler.grid().lattice().dims.iter().product();
+        let stats = &mut recorded.stats;
+        stats.count(SAMPLES, samples as u64);
+        stats.bytes_resident += self.resampler.bytes();
+        stats.bytes_per_cell = Some(self.resampler.bytes() as f64 / self.cell_count as f64);
+        Ok(recorded)
+    }
+}
