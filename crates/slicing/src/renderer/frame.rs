@@ -205,8 +205,9 @@ impl Slicing {
                 (boxes, room)
             }
             (Some(_), Some((_, visibility))) => (Vec::new(), visibility.count(level)),
-            // All of them may show.
-            (_, None) => (Vec::new(), box_count as usize),
+            // All of them may show, or none.
+            (_, None) if style.shows => (Vec::new(), box_count as usize),
+            (_, None) => (Vec::new(), 0),
         };
         if room == 0 {
             return Ok((None, box_count));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use tetrascope_core::appearance::ClipPlane;
 use tetrascope_core::glam::Vec4;
 use tetrascope_core::grid::{Lattice, SampleType};
-use tetrascope_core::{Appearance, Error};
+use tetrascope_core::{Appearance, Error, OpticalModel};
 use tetrascope_f32::{ANY_SCALAR, ScalarMap, deepest};
 use tetrascope_gpu::Gpu;
 use tetrascope_gpu::device_grid::Texels::Covered;
@@ -14,6 +14,7 @@ use tetrascope_gpu::wgpu::{self, BufferUsages};
 
 use crate::cull::CullData;
 use crate::frame::longest_slab;
+use crate::maxima::Maxima;
 use crate::octree::Visibility;
 use crate::options::{SlicingOptions, Traversal};
 use crate::samples::Samples;
@@ -28,6 +29,8 @@ pub(super) struct Style {
     pub(super) volume: Arc<Samples>,
     pub(super) map: ScalarMap,
     pub(super) scale: Scale,
+    /// Whether anything can show, for all that the range of all scalars says.
+    pub(super) shows: bool,
     /// Which boxes can show; `None` where only the device knows.
     pub(super) visibility: Option<Visibility>,
     pub(super) voxels: Arc<Voxels>,
@@ -125,6 +128,7 @@ impl Parts<'_> {
         };
         let slice = self.pass.data(gpu, &voxels, &look, options)?;
         Ok(Style {
+            shows: range.is_some_and(|range| shows(appearance, range)),
             scale,
             appearance: appearance.clone(),
             kept: clip_planes(&appearance.clip_planes, &volume.lattice),
@@ -138,6 +142,23 @@ impl Parts<'_> {
         })
     }
 }
+
+/// Whether a scalar in a range, or just beside it, shows.
+fn shows(appearance: &Appearance, (low, high): (f64, f64)) -> bool {
+    // f32 may round a scalar to the other side of a knot.
+    let beside = BESIDE * low.abs().max(high.abs());
+    let (low, high) = (low - beside, high + beside);
+    match appearance.optical_model {
+        OpticalModel::Isosurfaces => {
+            let mut surfaces = appearance.isosurfaces.iter();
+            surfaces.any(|surface| surface.is_met(low, high))
+        }
+        _ => Maxima::new(appearance).over(low, high) > 0.0,
+    }
+}
+
+/// Some units of rounding in f32.
+const BESIDE: f64 = 1e-6;
 
 /// What planes keep of the lattice: n · p + d ≥ 0.
 fn clip_planes(planes: &[ClipPlane], lattice: &Lattice) -> Vec<Vec4> {
