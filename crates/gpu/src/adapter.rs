@@ -1,6 +1,6 @@
 //! Which device draws: an adapter of this machine, or what the application has.
 
-use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use tetrascope_core::Error;
@@ -56,6 +56,8 @@ struct Shared {
     /// Whether `sides.wgsl` has to compare integers, once that is known.
     integer_sides: OnceLock<bool>,
     compiled: Mutex<Compiled>,
+    /// Buffers and textures that were made.
+    allocations: AtomicU64,
     /// How many checks come before one that is refused for a test; none if negative.
     checks_left: AtomicI64,
 }
@@ -145,6 +147,7 @@ impl Gpu {
                 failure,
                 integer_sides: OnceLock::new(),
                 compiled: Mutex::default(),
+                allocations: AtomicU64::new(0),
                 checks_left: AtomicI64::new(-1),
             }),
         }
@@ -178,6 +181,16 @@ impl Gpu {
     /// The features that the device was made with.
     pub fn features(&self) -> Features {
         self.shared.features
+    }
+
+    /// How many buffers and textures were made on this device by way of this and its clones.
+    pub fn allocations(&self) -> u64 {
+        self.shared.allocations.load(Ordering::Relaxed)
+    }
+
+    /// Counts a buffer or a texture that is being made.
+    pub(crate) fn count_allocation(&self) {
+        self.shared.allocations.fetch_add(1, Ordering::Relaxed);
     }
 
     /// What `sides` found out about the device.

@@ -31,6 +31,7 @@ impl Gpu {
     ) -> Result<wgpu::Buffer, Error> {
         let size = self.checked_size(label, bytes, usage)?;
         self.checked(label, size, || {
+            self.count_allocation();
             self.device().create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
                 size,
@@ -102,6 +103,7 @@ impl Gpu {
         let texel = u64::from(format.block_copy_size(None).unwrap_or(16));
         let bytes = u64::from(width) * u64::from(height) * texel;
         self.checked(label, bytes, || {
+            self.count_allocation();
             self.device().create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: extent(width, height),
@@ -139,6 +141,7 @@ impl Gpu {
         let texel = u64::from(format.block_copy_size(None).unwrap_or(16));
         let bytes = sides.into_iter().map(u64::from).product::<u64>() * texel;
         self.checked(label, bytes, || {
+            self.count_allocation();
             self.device().create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size,

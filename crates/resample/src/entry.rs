@@ -58,7 +58,7 @@ pub const ENTRY: Entry = Entry {
         let options = ResamplingOptions::from_settings(settings);
         let lattice = options.lattice(mesh_of(volume)?)?;
         let texels = Texels::Covered;
-        Slicing::supports_device(&lattice, texels, appearance, view, &options.slicing)
+        Slicing::supports_device(&lattice, texels, appearance, view, &options.slicing())
             .map_err(renamed)
     },
 };
@@ -92,6 +92,7 @@ impl ResamplingOptions {
         ResamplingOptions {
             samples: settings.integer("samples") as usize,
             lattice: None,
+            domain: None,
             resampler: ResamplerOptions {
                 passes: settings.choice("passes", &Passes::ALL),
             },

@@ -56,6 +56,7 @@ pub use renderer::Resampling;
 pub use resampler::Resampler;
 
 use tetrascope_core::{Abilities, Error};
+pub use tetrascope_slicing::Domain;
 
 /// The algorithm's name.
 pub const NAME: &str = "resample";

@@ -2,7 +2,7 @@
 
 use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, Settings, TetMesh};
-use tetrascope_slicing::SlicingOptions;
+use tetrascope_slicing::{Domain, SlicingOptions};
 
 use crate::ENTRY;
 
@@ -53,9 +53,14 @@ pub struct ResamplingOptions {
     /// drawn ends where they do. A mesh whose box changes may have other samples, and buffers,
     /// in each step unless this is given.
     pub lattice: Option<Lattice>,
+    /// Where and of which scalars all is that is to be drawn alike, such as the steps of a series;
+    /// the samples' own if there is none. With it and a `lattice` [`reload`] makes nothing anew.
+    ///
+    /// [`reload`]: tetrascope_core::VolumeRenderer::reload
+    pub domain: Option<Domain>,
     /// How samples are taken.
     pub resampler: ResamplerOptions,
-    /// How they are drawn. Polygons cut on the CPU, and bricks, are refused.
+    /// How they are drawn, in `domain`. Polygons cut on the CPU, and bricks, are refused.
     pub slicing: SlicingOptions,
 }
 
@@ -67,6 +72,23 @@ impl Default for ResamplingOptions {
 }
 
 impl ResamplingOptions {
+    /// How samples are drawn.
+    pub(crate) fn slicing(&self) -> SlicingOptions {
+        let rounded = |(low, high): (f64, f64)| {
+            // Samples are 32-bit floats, and may be rounded beyond the ends.
+            let [low, high] = [low as f32, high as f32];
+            (low.next_down().into(), high.next_up().into())
+        };
+        let domain = self.domain.map(|domain| Domain {
+            scalar_range: domain.scalar_range.map(rounded),
+            ..domain
+        });
+        SlicingOptions {
+            domain: domain.or(self.slicing.domain),
+            ..self.slicing.clone()
+        }
+    }
+
     /// The places of the samples of `mesh`.
     ///
     /// # Errors

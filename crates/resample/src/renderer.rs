@@ -38,7 +38,7 @@ impl Resampling {
         let resampler = Resampler::new(gpu, mesh, &lattice, &options.resampler)?;
         resampler.resample()?;
         let grid = resampler.grid();
-        let slicing = Slicing::from_device(gpu, grid, appearance, &options.slicing);
+        let slicing = Slicing::from_device(gpu, grid, appearance, &options.slicing());
         Ok(Resampling {
             options: options.clone(),
             slicing: slicing.map_err(renamed)?,

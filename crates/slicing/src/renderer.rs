@@ -129,7 +129,9 @@ impl Slicing {
     }
 
     /// Draws another grid from now on, which the commands that `make` records write; they are
-    /// submitted once nothing else can fail. So the grid may have the texture of the one before.
+    /// submitted once nothing else can fail. So the grid may have the texture of the one before;
+    /// if its lattice and its domain ([`SlicingOptions::domain`]) are the same, too, nothing is
+    /// made anew.
     ///
     /// # Errors
     /// As [`Slicing::from_device`]; what was drawn before is kept then.
@@ -140,8 +142,11 @@ impl Slicing {
     ) -> Result<(), Error> {
         let appearance = &self.style.appearance;
         ABILITIES.check(NAME, appearance, &grid.lattice().bounds())?;
-        let reach = self.options.reach(appearance.optical_model);
         let gpu = self.canvas.gpu();
+        if self.style.volume.suits(grid, &self.options)? {
+            return self.style.volume.find(gpu, make);
+        }
+        let reach = self.options.reach(appearance.optical_model);
         let samples = Samples::on_device(gpu, grid.clone(), reach, &self.options)?;
         self.replace(samples, make)
     }

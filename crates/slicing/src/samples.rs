@@ -121,6 +121,18 @@ impl Samples {
         })
     }
 
+    /// Whether these are those of `grid` but for what its texture holds by now.
+    ///
+    /// # Errors
+    /// A grid outside of the domain that was given.
+    pub(crate) fn suits(&self, grid: &DeviceGrid, options: &SlicingOptions) -> Result<bool, Error> {
+        let domain = domain(grid.lattice(), grid.scalar_range(), options)?;
+        Ok(self.device_grid().is_some_and(|before| {
+            let is_alike = before.texture() == grid.texture() && before.texels() == grid.texels();
+            is_alike && before.lattice() == grid.lattice() && domain == self.domain
+        }))
+    }
+
     fn new(
         content: Content,
         lattice: Lattice,
@@ -129,11 +141,7 @@ impl Samples {
         reach: usize,
         options: &SlicingOptions,
     ) -> Result<Samples, Error> {
-        let own = Domain {
-            bounds: lattice.bounds(),
-            scalar_range,
-        };
-        let domain = own.within(options.domain)?;
+        let domain = domain(&lattice, scalar_range, options)?;
         Ok(Samples {
             normalization: Normalization::of(&domain.bounds),
             domain,
@@ -209,6 +217,19 @@ impl Samples {
             Content::Device { .. } => None,
         }
     }
+}
+
+/// The domain of samples with this range.
+fn domain(
+    lattice: &Lattice,
+    scalar_range: Option<(f64, f64)>,
+    options: &SlicingOptions,
+) -> Result<Domain, Error> {
+    let own = Domain {
+        bounds: lattice.bounds(),
+        scalar_range,
+    };
+    own.within(options.domain)
 }
 
 /// The grid of `volume`, or why there is none.
