@@ -1,7 +1,7 @@
 //! Volume rendering of unstructured meshes: pick an algorithm, know its error.
 //!
-//! Tetrascope draws tetrahedra, hexahedra, wedges and pyramids as they are, without
-//! resampling. Each algorithm is a published one in a crate of its own; a ground
+//! Tetrascope draws tetrahedra, hexahedra, wedges and pyramids as they are, or resampled where
+//! that is asked for. Each algorithm is a published one in a crate of its own; a ground
 //! truth with a known error bound judges them all. This crate is the way in: the
 //! registry of [`mod@algorithms`], [`volumes`] from files and data sets, and the command
 //! line, `tetrascope`.
@@ -30,7 +30,7 @@
 //! ```
 //!
 //! # Features
-//! One a renderer: `reference` (CPU), `projection`, `raycast-peel` and `slicing` (GPU);
+//! One a renderer: `reference` (CPU), `projection`, `raycast-peel`, `resample` and `slicing` (GPU);
 //! `cli` is the program. Without them this crate reads and describes volumes and draws none.
 
 pub use tetrascope_core as core;
