@@ -10,7 +10,7 @@ use tetrascope_core::glam::Vec3;
 
 use crate::frame::KEY_BITS;
 use crate::gpu_data::CameraUniform;
-use crate::volume::Geometry;
+use crate::mesh::Geometry;
 
 /// Bits of a digit: two rounds sort a key, and the counts of one stay in a cache of
 /// 32 KiB.

@@ -6,10 +6,10 @@ use tetrascope_core::{
     Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, TetMesh, Volume,
 };
 
+use crate::mesh::mesh_of;
 use crate::options::{
     CellLayout, ExitSearch, Integration, Order, ProjectionOptions, Sort, SurfaceSearch,
 };
-use crate::volume::mesh_of;
 use crate::{ABILITIES, NAME};
 
 /// This algorithm's entry.

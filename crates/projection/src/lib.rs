@@ -6,8 +6,8 @@
 //! What the device keeps does not depend on the view (§3.1): vertices, cells and
 //! scalars. Reading order:
 //!
-//! 1. `volume` uploads the mesh, each vertex once (§8: "reuse vertices of the mesh").
-//!    Whenever the appearance changes, `cull` leaves out cells that cannot show, and lists
+//! 1. `mesh` uploads the mesh, each vertex once (§8: "reuse vertices of the mesh").
+//!    Whenever the appearance changes, `classified` has the transfer function; `cull` leaves out cells that cannot show, and lists
 //!    the others in pieces, one for each interval of the transfer function, where those are
 //!    few. `passes::transform` (`transform.wgsl`) takes the vertices to camera space, once a
 //!    frame.
@@ -143,18 +143,19 @@
 //! ```
 
 mod centroids;
+mod classified;
 pub mod counters;
 mod cull;
 mod entry;
 mod faces;
 mod frame;
 mod gpu_data;
+mod mesh;
 mod mpvo;
 mod options;
 mod passes;
 mod renderer;
 mod tiles;
-mod volume;
 
 pub use entry::ENTRY;
 pub use options::{

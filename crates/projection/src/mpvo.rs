@@ -23,7 +23,7 @@ use tetrascope_core::mesh::{FACES, NO_NEIGHBOR};
 use tetrascope_core::{Projection, TetMesh, View};
 use tetrascope_f32::Normalization;
 
-use crate::volume::{flat, has_no_volume};
+use crate::mesh::{flat, has_no_volume};
 
 /// Cells back to front.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

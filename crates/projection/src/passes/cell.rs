@@ -6,13 +6,11 @@ use tetrascope_gpu::passes::{READ, TEXELS, UNIFORM, deep, group, model_constant}
 use tetrascope_gpu::preintegration::TABLE;
 use tetrascope_gpu::wgpu::{self, BindingResource, BufferUsages, ShaderStages};
 use tetrascope_gpu::{Gpu, RenderProgram, sides};
-use tetrascope_shaders::projection::{CELL, FILL, SURFACE};
+use tetrascope_shaders::projection::CELL;
 
-use super::faces::FacePass;
-use super::lists::{self, ListPass};
-use super::surface::{self, SurfaceData, SurfacePass};
+use crate::classified::Classified;
 use crate::gpu_data;
-use crate::volume::{Field, Geometry, Look};
+use crate::mesh::{Field, Geometry};
 
 /// Cells that one draw call covers: its 16-bit indices number four corners of each.
 const CELLS_PER_DRAW: u32 = (1 << 16) / 4;
@@ -33,7 +31,7 @@ pub(crate) struct CellPass {
 pub(crate) struct Uploaded<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) field: &'a Field,
-    pub(crate) look: &'a Look,
+    pub(crate) classified: &'a Classified,
 }
 
 /// The uniforms of a frame; new ones each time, as frames may be recorded before others
@@ -47,19 +45,6 @@ pub(crate) struct FrameData {
     pub(crate) ends: (wgpu::TextureView, bool),
     /// Surfaces and lights, as `surfaces.wgsl` wants them.
     pub(crate) items: Vec<[f32; 4]>,
-}
-
-/// What becomes of fragments.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Destination<'a> {
-    /// They are blended.
-    Sum,
-    /// They are listed for each pixel.
-    Lists(&'a ListPass),
-    /// The nearest surface is kept.
-    Nearest(&'a SurfacePass, &'a SurfaceData),
-    /// They are of faces, and are blended.
-    Faces(&'a FacePass),
 }
 
 /// The pass for one volume and appearance.
@@ -101,18 +86,32 @@ impl CellPass {
         })
     }
 
-    /// The pass for what is to be drawn, in the order of the cell indices in `drawn`.
-    pub(crate) fn data(
+    /// The program that integrates in cells and blends what it finds; passes that make something
+    /// else of a cell start from it.
+    pub(crate) fn program(
         &self,
         gpu: &Gpu,
         uploaded: Uploaded,
-        drawn: &wgpu::Buffer,
         model: OpticalModel,
-        into: Destination,
-    ) -> Result<CellData, Error> {
-        let look = uploaded.look;
+    ) -> Result<RenderProgram, Error> {
+        let classified = uploaded.classified;
+        let mut program = self.integral(gpu, uploaded, model);
+        program.constants.extend(classified.extras);
+        let in_parts = ("PARTS", classified.culled.in_parts.into());
+        program.constants.extend([in_parts, sides::constant(gpu)?]);
+        Ok(program)
+    }
+
+    /// The same without what fragments of a footprint ask for.
+    pub(crate) fn integral(
+        &self,
+        gpu: &Gpu,
+        uploaded: Uploaded,
+        model: OpticalModel,
+    ) -> RenderProgram {
+        let classified = uploaded.classified;
         let range = uploaded.field.range;
-        let in_pieces = ("PIECES", look.culled.in_pieces.into());
+        let in_pieces = ("PIECES", classified.culled.in_pieces.into());
         let mut program = RenderProgram {
             label: "projection::cell",
             source: CELL,
@@ -131,60 +130,26 @@ impl CellPass {
             groups: self.layouts().map(Clone::clone).to_vec(),
             ..Default::default()
         };
-        program.constants.push(deep(look.deepest));
-        program.constants.extend(look.table.constants(range));
-        if !matches!(into, Destination::Faces(_)) {
-            // The programs of faces do not know them.
-            let in_parts = ("PARTS", look.culled.in_parts.into());
-            program.constants.extend(look.extras);
-            program.constants.extend([in_parts, sides::constant(gpu)?]);
-        }
-        match into {
-            Destination::Sum => {}
-            Destination::Lists(lists) => {
-                program.source = FILL;
-                program.fragment = Some("fs_fill");
-                program.groups = lists.groups().to_vec();
-                program.targets = vec![Some(lists::UNTOUCHED)];
-            }
-            Destination::Nearest(pass, data) => {
-                program.source = SURFACE;
-                program.fragment = Some("fs_surface");
-                program.groups = pass.groups.clone();
-                program.targets = surface::TARGETS.to_vec();
-                program.depth = Some(surface::hidden());
-                program.constants = [data.constants().to_vec(), look.extras.to_vec()].concat();
-                program.constants.push(sides::constant(gpu)?);
-            }
-            Destination::Faces(pass) => {
-                let (cells, most) = (look.culled.items, u32::MAX / 12);
-                if cells > most {
-                    return Err(Error::TooLarge {
-                        what: "the mesh".into(),
-                        needed: cells.into(),
-                        limit: most.into(),
-                        unit: "cells",
-                    });
-                }
-                program.source = pass.source;
-                program.vertex = "vs_face";
-                program.fragment = Some("fs_face");
-                program.groups = pass.groups.clone();
-                program.cull_mode = Some(wgpu::Face::Back);
-                program.constants.extend(pass.constants());
-            }
-        }
+        program.constants.push(deep(classified.deepest));
+        program.constants.extend(classified.table.constants(range));
+        program
+    }
+
+    /// What `program` draws, in the order of the cell indices in `drawn`; where it is of faces,
+    /// with their group.
+    pub(crate) fn data(
+        &self,
+        gpu: &Gpu,
+        uploaded: Uploaded,
+        drawn: &wgpu::Buffer,
+        (program, faces): (RenderProgram, Option<wgpu::BindGroup>),
+    ) -> Result<CellData, Error> {
         Ok(CellData {
             pipeline: gpu.render_pipeline(&program)?,
             program,
             volume_group: self.volume_group(gpu, uploaded, drawn)?,
-            count: uploaded.look.culled.items,
-            faces: match into {
-                Destination::Faces(pass) => {
-                    Some(pass.group(gpu, uploaded.geometry, uploaded.field)?)
-                }
-                _ => None,
-            },
+            count: uploaded.classified.culled.items,
+            faces,
         })
     }
 
@@ -199,19 +164,19 @@ impl CellPass {
         let Uploaded {
             geometry,
             field,
-            look,
+            classified,
         } = uploaded;
         let transformed = geometry.transformed.create_view(&Default::default());
-        let intervals = look.intervals.create_view(&Default::default());
+        let intervals = classified.intervals.create_view(&Default::default());
         let resources = [
             BindingResource::TextureView(&transformed),
             field.scalars.as_entire_binding(),
             geometry.cells.as_entire_binding(),
             drawn.as_entire_binding(),
-            look.culled.pieces.as_entire_binding(),
+            classified.culled.pieces.as_entire_binding(),
             BindingResource::TextureView(&intervals),
-            look.culled.ranges.as_entire_binding(),
-            look.table.binding(),
+            classified.culled.ranges.as_entire_binding(),
+            classified.table.binding(),
         ];
         gpu.checked(label, 0, || {
             group(gpu, label, &self.volume_layout, &resources)

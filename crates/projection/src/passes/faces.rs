@@ -1,22 +1,22 @@
 //! Pass 3 by ray parameters at vertices: draw the faces of cells (`faces.wgsl`,
 //! `face.wgsl`).
 
-use tetrascope_core::Error;
-use tetrascope_gpu::Gpu;
+use tetrascope_core::{Error, OpticalModel};
 use tetrascope_gpu::passes::{READ, group};
 use tetrascope_gpu::preintegration::TABLE;
 use tetrascope_gpu::wgpu::{self, BindingResource, ShaderStages, TextureFormat, TextureUsages};
+use tetrascope_gpu::{Gpu, RenderProgram};
 use tetrascope_shaders::projection::{FACES_FLOATS, FACES_SHARED, FACES_SHORTS};
 
-use super::cell::CellPass;
+use super::cell::{CellPass, Uploaded};
+use crate::mesh::{Field, Geometry};
 use crate::options::{CellLayout, ExitSearch, ProjectionOptions};
-use crate::volume::{Field, Geometry};
 
 /// What does not depend on the volume.
 #[derive(Clone, Debug)]
 pub(crate) struct FacePass {
-    pub(crate) source: &'static str,
-    pub(crate) groups: Vec<wgpu::BindGroupLayout>,
+    source: &'static str,
+    groups: Vec<wgpu::BindGroupLayout>,
     group_layout: wgpu::BindGroupLayout,
     /// The minimum of three numbers; one texel where they are compared.
     minimum: wgpu::Texture,
@@ -53,8 +53,36 @@ impl FacePass {
         })
     }
 
-    /// What the pass reads beside the mesh.
-    pub(crate) fn group(
+    /// The program of what is drawn, and what it reads beside the mesh.
+    pub(crate) fn program(
+        &self,
+        gpu: &Gpu,
+        cells: &CellPass,
+        uploaded: Uploaded,
+        model: OpticalModel,
+    ) -> Result<(RenderProgram, wgpu::BindGroup), Error> {
+        let (needed, most) = (uploaded.classified.culled.items, u32::MAX / 12);
+        if needed > most {
+            return Err(Error::TooLarge {
+                what: "the mesh".into(),
+                needed: needed.into(),
+                limit: most.into(),
+                unit: "cells",
+            });
+        }
+        let mut program = RenderProgram {
+            source: self.source,
+            vertex: "vs_face",
+            fragment: Some("fs_face"),
+            groups: self.groups.clone(),
+            cull_mode: Some(wgpu::Face::Back),
+            ..cells.integral(gpu, uploaded, model)
+        };
+        program.constants.push(("MINIMUM_SIDE", self.side.into()));
+        Ok((program, self.group(gpu, uploaded.geometry, uploaded.field)?))
+    }
+
+    fn group(
         &self,
         gpu: &Gpu,
         geometry: &Geometry,
@@ -74,11 +102,6 @@ impl FacePass {
         gpu.checked(label, 0, || {
             group(gpu, label, &self.group_layout, &resources)
         })
-    }
-
-    /// Of the fragment stage.
-    pub(crate) fn constants(&self) -> [(&'static str, f64); 1] {
-        [("MINIMUM_SIDE", self.side.into())]
     }
 
     /// Bytes on the device.

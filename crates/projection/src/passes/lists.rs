@@ -7,9 +7,9 @@ use tetrascope_core::{Error, OpticalModel};
 use tetrascope_gpu::passes::{UNIFORM, WRITE, group, model_constant};
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages, TextureFormat};
 use tetrascope_gpu::{Gpu, RenderProgram};
-use tetrascope_shaders::projection::COMPOSITE;
+use tetrascope_shaders::projection::{COMPOSITE, FILL};
 
-use super::cell::{CellData, CellPass, FrameData, begin};
+use super::cell::{CellData, CellPass, FrameData, Uploaded, begin};
 use crate::gpu_data;
 use crate::tiles::Tile;
 
@@ -17,7 +17,7 @@ use crate::tiles::Tile;
 pub(crate) const FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 
 /// A pass must have a target; this one stays as it is.
-pub(crate) const UNTOUCHED: wgpu::ColorTargetState = wgpu::ColorTargetState {
+const UNTOUCHED: wgpu::ColorTargetState = wgpu::ColorTargetState {
     format: FORMAT,
     blend: None,
     write_mask: wgpu::ColorWrites::empty(),
@@ -80,9 +80,21 @@ impl ListPass {
         })
     }
 
-    /// The layouts of groups 0 to 2.
-    pub(crate) fn groups(&self) -> &[wgpu::BindGroupLayout] {
-        &self.groups
+    /// The program that lists the fragments of cells.
+    pub(crate) fn program(
+        &self,
+        gpu: &Gpu,
+        cells: &CellPass,
+        uploaded: Uploaded,
+        model: OpticalModel,
+    ) -> Result<RenderProgram, Error> {
+        Ok(RenderProgram {
+            source: FILL,
+            fragment: Some("fs_fill"),
+            groups: self.groups.clone(),
+            targets: vec![Some(UNTOUCHED)],
+            ..cells.program(gpu, uploaded, model)?
+        })
     }
 
     /// How many fragments a tile may have, in `bytes` and on this device.

@@ -7,8 +7,9 @@ use tetrascope_gpu::wgpu::{self, BindingResource, ShaderStages};
 use tetrascope_gpu::{ComputeProgram, Gpu, RadixSort};
 use tetrascope_shaders::projection::ORDER;
 
+use crate::classified::Classified;
 use crate::frame::KEY_BITS;
-use crate::volume::{Geometry, Look};
+use crate::mesh::Geometry;
 
 /// Cells that one workgroup keys.
 const WORKGROUP: u32 = 256;
@@ -62,17 +63,17 @@ impl OrderPass {
         gpu: &Gpu,
         geometry: &Geometry,
         scalars: &wgpu::Buffer,
-        look: &Look,
+        classified: &Classified,
     ) -> Result<OrderData, Error> {
         let label = "projection::order";
-        let pairs = self.sort.pairs(gpu, look.culled.items, KEY_BITS)?;
+        let pairs = self.sort.pairs(gpu, classified.culled.items, KEY_BITS)?;
         let transformed = geometry.transformed.create_view(&Default::default());
         let resources = [
             BindingResource::TextureView(&transformed),
             scalars.as_entire_binding(),
             geometry.cells.as_entire_binding(),
-            look.culled.drawn.as_entire_binding(),
-            look.culled.pieces.as_entire_binding(),
+            classified.culled.drawn.as_entire_binding(),
+            classified.culled.pieces.as_entire_binding(),
         ];
         let (volume_group, pair_group) = gpu.checked(label, 0, || {
             let (keys, values) = (pairs.keys(), pairs.values());
@@ -86,7 +87,7 @@ impl OrderPass {
             pairs,
             volume_group,
             pair_group,
-            count: look.culled.items,
+            count: classified.culled.items,
         })
     }
 

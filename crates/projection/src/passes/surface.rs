@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use tetrascope_core::{Appearance, Error};
+use tetrascope_core::{Appearance, Error, OpticalModel};
 use tetrascope_f32::ScalarMap;
 use tetrascope_f32::look::{surfaces, table_span};
 use tetrascope_gpu::canvas::NOWHERE;
@@ -11,9 +11,10 @@ use tetrascope_gpu::pipelines::Constant;
 use tetrascope_gpu::wgpu::{
     self, BindingResource, BufferUsages, ShaderStages, TextureFormat, TextureUsages,
 };
-use tetrascope_gpu::{Gpu, Sums};
+use tetrascope_gpu::{Gpu, RenderProgram, Sums, sides};
+use tetrascope_shaders::projection::SURFACE;
 
-use super::cell::{CellData, CellPass, FrameData};
+use super::cell::{CellData, CellPass, FrameData, Uploaded};
 use crate::options::SurfaceSearch;
 
 /// Linear RGB, opaque.
@@ -23,7 +24,7 @@ const DISTANCE: TextureFormat = TextureFormat::R32Float;
 const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 
 /// What the pass draws into.
-pub(crate) const TARGETS: [Option<wgpu::ColorTargetState>; 2] = [target(COLOR), target(DISTANCE)];
+const TARGETS: [Option<wgpu::ColorTargetState>; 2] = [target(COLOR), target(DISTANCE)];
 
 const fn target(format: TextureFormat) -> Option<wgpu::ColorTargetState> {
     Some(wgpu::ColorTargetState {
@@ -34,7 +35,7 @@ const fn target(format: TextureFormat) -> Option<wgpu::ColorTargetState> {
 }
 
 /// The nearest fragment is kept.
-pub(crate) fn hidden() -> wgpu::DepthStencilState {
+fn hidden() -> wgpu::DepthStencilState {
     wgpu::DepthStencilState {
         format: DEPTH,
         depth_write_enabled: Some(true),
@@ -47,7 +48,7 @@ pub(crate) fn hidden() -> wgpu::DepthStencilState {
 /// What does not depend on the appearance.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfacePass {
-    pub(crate) groups: Vec<wgpu::BindGroupLayout>,
+    groups: Vec<wgpu::BindGroupLayout>,
     look_layout: wgpu::BindGroupLayout,
     /// The depths of the nearest, of the last frame for the next.
     depths: Arc<Mutex<Option<wgpu::Texture>>>,
@@ -77,6 +78,28 @@ impl SurfacePass {
             groups: vec![frame.clone(), volume.clone(), look_layout.clone()],
             look_layout,
             depths: Arc::default(),
+        })
+    }
+
+    /// The program that finds the nearest surface in cells.
+    pub(crate) fn program(
+        &self,
+        gpu: &Gpu,
+        cells: &CellPass,
+        uploaded: Uploaded,
+        data: &SurfaceData,
+    ) -> Result<RenderProgram, Error> {
+        let extras = uploaded.classified.extras;
+        let mut constants = [data.constants().to_vec(), extras.to_vec()].concat();
+        constants.push(sides::constant(gpu)?);
+        Ok(RenderProgram {
+            source: SURFACE,
+            fragment: Some("fs_surface"),
+            groups: self.groups.clone(),
+            targets: TARGETS.to_vec(),
+            depth: Some(hidden()),
+            constants,
+            ..cells.integral(gpu, uploaded, OpticalModel::Isosurfaces)
         })
     }
 

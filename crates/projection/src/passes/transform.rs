@@ -6,7 +6,7 @@ use tetrascope_gpu::wgpu::{self, BindingResource, ShaderStages};
 use tetrascope_gpu::{ComputeProgram, Gpu};
 use tetrascope_shaders::projection::TRANSFORM;
 
-use crate::volume::{Field, Geometry, TRANSFORMED_FORMAT};
+use crate::mesh::{Field, Geometry, TRANSFORMED_FORMAT};
 
 /// Vertices of one workgroup.
 const WORKGROUP: u32 = 256;

@@ -16,11 +16,11 @@ impl CellProjection {
         data: &SurfaceData,
         sums: &Sums,
     ) -> Result<(), Error> {
-        let (gpu, scene) = (self.canvas.gpu(), &self.scene);
-        let pass = self.surface_pass.as_ref().expect("prepared for the scene");
+        let (gpu, style) = (self.canvas.gpu(), &self.style);
+        let pass = self.surface_pass.as_ref().expect("prepared for the style");
         let look = pass.look_group(gpu, uniform, data)?;
         gpu.checked("projection::surface", 0, || {
-            let cells = (&self.cell_pass, &scene.cell);
+            let cells = (&self.cell_pass, &style.cell);
             pass.record(gpu, encoder, (uniform, &look), cells, sums)
         })?
     }

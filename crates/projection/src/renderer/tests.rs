@@ -66,7 +66,7 @@ fn pieces_too_deep_for_one_step_are_drawn_in_parts() {
             let appearance = Appearance::new(function.clone(), model);
             let renderer =
                 CellProjection::new(&gpu, &volume, &appearance, &order).expect("it fits");
-            let culled = &renderer.scene.look.culled;
+            let culled = &renderer.style.classified.culled;
             let expected = in_parts && model == OpticalModel::EmissionAbsorption;
             eprintln!(
                 "{densest} {model:?}: {} cells, {} items",
@@ -110,7 +110,7 @@ fn the_table_is_made_by_restyle_alone() {
     let volume = Volume::Mesh(mesh.clone());
     let mut renderer =
         CellProjection::new(&gpu, &volume, &ramp(0.0, 1.0), &options).expect("it fits");
-    let table = |renderer: &CellProjection| renderer.scene.look.table.texture().clone();
+    let table = |renderer: &CellProjection| renderer.style.classified.table.texture().clone();
     let first = table(&renderer);
 
     // Another view.
@@ -168,7 +168,7 @@ fn a_model_without_a_table_leaves_the_renderer_as_it_was() {
     let mut renderer = CellProjection::new(&gpu, &volume, &glow, &flat).expect("it fits");
     let refused = renderer.restyle(&sorted);
     assert!(matches!(refused, Err(Error::Unsupported { .. })));
-    assert_eq!(renderer.scene.appearance, glow);
+    assert_eq!(renderer.style.appearance, glow);
     let huge = options(Integration::Table3d { n: 512 });
     let refused = CellProjection::new(&gpu, &volume, &sorted, &huge).expect_err("2 GiB");
     assert!(

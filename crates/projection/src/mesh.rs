@@ -1,21 +1,14 @@
-//! The mesh on the device, and which of its cells can show.
+//! The mesh on the device: geometry, and scalars.
 
 use std::sync::{Arc, OnceLock};
 
-use bytemuck::Zeroable;
 use tetrascope_core::glam::Vec3;
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{Appearance, Error, TetMesh, Volume};
-use tetrascope_f32::{
-    ANY_SCALAR, Domain, KnotPair, Normalization, ScalarMap, deepest, longest_edge,
-};
-use tetrascope_gpu::passes::look_constants;
-use tetrascope_gpu::preintegration::{self, Table};
-use tetrascope_gpu::transfer_function::knot_pairs;
+use tetrascope_core::{Error, TetMesh, Volume};
+use tetrascope_f32::{Domain, Normalization, ScalarMap, longest_edge};
+use tetrascope_gpu::Gpu;
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
-use tetrascope_gpu::{Gpu, Integration};
 
-use crate::cull::{Culled, Judged, Listed, cull};
 use crate::mpvo::Shape;
 use crate::options::CellLayout;
 use crate::{NAME, faces};
@@ -28,11 +21,8 @@ const VERTICES_PER_ROW: u32 = 2048;
 /// Camera space and scalar of a vertex.
 pub(crate) const TRANSFORMED_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 
-/// Intervals a row of the transfer function, three texels each, as in `transfer.wgsl`.
-const INTERVALS_PER_ROW: u32 = 256;
-
 /// The size of a texture with `count` items, `per_row` in each row.
-fn texels(count: usize, per_row: u32) -> (u32, u32) {
+pub(crate) fn texels(count: usize, per_row: u32) -> (u32, u32) {
     let rows = (count as u64).div_ceil(per_row.into()).max(1);
     // What does not fit is refused with the texture.
     (per_row, rows.min(u32::MAX.into()) as u32)
@@ -71,37 +61,6 @@ pub(crate) struct Field {
     pub(crate) faces: Option<faces::Buffers>,
     /// The least and the greatest of the domain.
     pub(crate) range: (f32, f32),
-}
-
-/// The transfer function on the device, and what it leaves to draw.
-#[derive(Clone, Debug)]
-pub(crate) struct Look {
-    pub(crate) intervals: wgpu::Texture,
-    /// Constants of shaders for clip planes and depth cue.
-    pub(crate) extras: [(&'static str, f64); 2],
-    pub(crate) interval_count: usize,
-    pub(crate) culled: Arc<Culled>,
-    pub(crate) table: Table,
-    pub(crate) listed: Listed,
-    /// A bound of the optical depth of any segment.
-    pub(crate) deepest: f32,
-    /// The same where cells are drawn whole.
-    deepest_of_cells: f32,
-}
-
-/// What makes a [`Look`].
-pub(crate) struct Looked<'a> {
-    pub(crate) appearance: &'a Appearance,
-    pub(crate) integration: Integration,
-    /// The last one, of which is kept what does not change.
-    pub(crate) last: Option<&'a Look>,
-    /// Whether cells are drawn in pieces, one for each interval of the transfer function
-    /// (`pieces.wgsl`), if there are not too many.
-    pub(crate) pieces: bool,
-    /// Whether the CPU has to know which.
-    pub(crate) listed: bool,
-    /// Whether scalars come from a cell's gradient, which may lead beyond those of its corners.
-    pub(crate) extrapolates: bool,
 }
 
 /// The mesh of `volume`, or why there is none.
@@ -218,83 +177,6 @@ fn extents(mesh: &TetMesh, scalars: &[f32], per_cell: bool) -> Arc<[[f32; 2]]> {
         }
     };
     mesh.tetrahedra().iter().map(extent).collect()
-}
-
-impl Look {
-    pub(crate) fn upload(
-        gpu: &Gpu,
-        geometry: &Geometry,
-        field: &Field,
-        looked: &Looked,
-    ) -> Result<Look, Error> {
-        let (appearance, map) = (looked.appearance, &field.map);
-        let tf = &appearance.transfer_function;
-        let mut intervals: Vec<KnotPair> = knot_pairs(tf, map, &geometry.normalization)?;
-        let source = preintegration::Source {
-            integration: looked.integration,
-            model: appearance.optical_model,
-            intervals: &intervals,
-            longest: geometry.longest,
-            fixed: None,
-        };
-        let table = match looked.last {
-            Some(last) => last.table.renewed(gpu, NAME, &source)?,
-            None => Table::new(gpu, NAME, &source)?,
-        };
-        let isovalues = appearance.isosurfaces.iter();
-        let isovalues: Vec<f32> = isovalues.map(|s| map.scalar(s.value)).collect();
-        let (culled, listed) = cull(
-            gpu,
-            &Judged {
-                geometry,
-                field,
-                model: appearance.optical_model,
-                intervals: &intervals,
-                isovalues: &isovalues,
-                pieces: looked.pieces,
-            },
-            looked.listed,
-            looked.last.map(|last| (&*last.culled, &last.listed)),
-        )?;
-        let scalars = match looked.extrapolates {
-            true => ANY_SCALAR,
-            false => field.range,
-        };
-        let deepest_of_cells = deepest(&intervals, scalars, geometry.longest);
-        let deepest = match culled.in_parts {
-            true => 1.0,
-            false => deepest_of_cells,
-        };
-        let interval_count = intervals.len();
-        let (width, height) = texels(intervals.len(), INTERVALS_PER_ROW);
-        intervals.resize((width * height) as usize, Zeroable::zeroed());
-        let texture = gpu.texture(
-            "of the transfer function",
-            (3 * width, height),
-            TextureFormat::Rgba32Float,
-            TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
-        )?;
-        gpu.write_texture(&texture, &intervals)?;
-        Ok(Look {
-            table,
-            intervals: texture,
-            extras: look_constants(appearance),
-            interval_count,
-            culled: Arc::new(culled),
-            listed,
-            deepest,
-            deepest_of_cells,
-        })
-    }
-
-    /// The same with cells that are drawn whole; the CPU must know which.
-    pub(crate) fn whole(&self, gpu: &Gpu) -> Result<Look, Error> {
-        Ok(Look {
-            culled: Arc::new(self.culled.whole(gpu, &self.listed.cells)?),
-            deepest: self.deepest_of_cells,
-            ..self.clone()
-        })
-    }
 }
 
 /// Whether a cell is flat in the mesh's own coordinates.

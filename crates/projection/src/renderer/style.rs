@@ -6,23 +6,24 @@ use tetrascope_core::{Appearance, Error, OpticalModel};
 use tetrascope_gpu::{Gpu, Integration};
 
 use crate::centroids::Centroids;
+use crate::classified::{Classification, Classified};
+use crate::mesh::{Field, Geometry};
 use crate::mpvo::{Mpvo, Shape, unproven};
 use crate::options::{ExitSearch, Order, ProjectionOptions};
-use crate::passes::cell::{CellData, CellPass, Destination, Uploaded};
+use crate::passes::cell::{CellData, CellPass, Uploaded};
 use crate::passes::faces::FacePass;
 use crate::passes::lists::ListPass;
 use crate::passes::order::{OrderData, OrderPass};
 use crate::passes::surface::{SurfaceData, SurfacePass};
 use crate::passes::transform::{TransformData, TransformPass};
-use crate::volume::{Field, Geometry, Look, Looked};
 
 /// All that `reload` and `restyle` replace, at once or not at all.
 #[derive(Debug)]
-pub(super) struct Scene {
+pub(super) struct Style {
     pub(super) appearance: Appearance,
     pub(super) geometry: Geometry,
     pub(super) field: Field,
-    pub(super) look: Look,
+    pub(super) classified: Classified,
     pub(super) transform: TransformData,
     pub(super) sorting: Sorting,
     /// Why an order by faces may be wrong whatever the view, where one is asked for.
@@ -33,7 +34,7 @@ pub(super) struct Scene {
     pub(super) whole_cells: OnceLock<CellData>,
 }
 
-/// How the cells of a scene are ordered.
+/// How cells are ordered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Way {
     None,
@@ -50,7 +51,7 @@ pub(super) struct Sorter {
     lists: OnceLock<ListPass>,
 }
 
-/// What it sorts with in one scene.
+/// What it sorts with in one style.
 #[derive(Debug)]
 pub(super) enum Sorting {
     None,
@@ -60,7 +61,7 @@ pub(super) enum Sorting {
     PerPixel,
 }
 
-/// What a [`Scene`] is made with.
+/// What a [`Style`] is made with.
 pub(super) struct Parts<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) options: &'a ProjectionOptions,
@@ -72,13 +73,13 @@ pub(super) struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    pub(super) fn scene(
+    pub(super) fn style(
         &self,
         appearance: &Appearance,
         geometry: Geometry,
         field: Field,
-        last: Option<&Look>,
-    ) -> Result<Scene, Error> {
+        last: Option<&Classified>,
+    ) -> Result<Style, Error> {
         let gpu = self.gpu;
         let model = appearance.optical_model;
         // Tables and surfaces want whole segments, and lists in pixels sort those.
@@ -90,7 +91,7 @@ impl Parts<'_> {
             && appearance.depth_cue.is_none()
             && self.face_pass.is_none()
             && !in_lists;
-        let looked = Looked {
+        let classification = Classification {
             appearance,
             integration: self.options.integration,
             last,
@@ -98,28 +99,28 @@ impl Parts<'_> {
             listed: !matches!(way, Way::None | Way::Centroid),
             extrapolates: self.face_pass.is_some(),
         };
-        let look = Look::upload(gpu, &geometry, &field, &looked)?;
+        let classified = Classified::upload(gpu, &geometry, &field, &classification)?;
         let sorting = match way {
             Way::None => Sorting::None,
             Way::Centroid => {
-                let pass = self.sorter.order.as_ref().expect("prepared for the scene");
-                Sorting::Centroid(pass.data(gpu, &geometry, &field.scalars, &look)?)
+                let pass = self.sorter.order.as_ref().expect("prepared for the style");
+                Sorting::Centroid(pass.data(gpu, &geometry, &field.scalars, &classified)?)
             }
             Way::CentroidOnCpu => {
-                Sorting::CentroidOnCpu(Centroids::new(&geometry, look.listed.cells.clone()))
+                Sorting::CentroidOnCpu(Centroids::new(&geometry, classified.listed.cells.clone()))
             }
             Way::Mpvo => {
                 let (mesh, normalization) = (&geometry.mesh, &geometry.normalization);
                 let made = || Shape::new(mesh, normalization).into();
                 let shape = geometry.shape.get_or_init(made).clone();
-                Sorting::Mpvo(Mpvo::new(mesh, shape, &look.listed.cells))
+                Sorting::Mpvo(Mpvo::new(mesh, shape, &classified.listed.cells))
             }
             Way::PerPixel => Sorting::PerPixel,
         };
         let transform = self.transform_pass.data(gpu, &geometry, &field)?;
         let drawn = match &sorting {
             Sorting::Centroid(data) => data.sorted(),
-            _ => &look.culled.drawn,
+            _ => &classified.culled.drawn,
         };
         let surfaces = match model {
             OpticalModel::Isosurfaces => {
@@ -129,25 +130,30 @@ impl Parts<'_> {
             }
             _ => None,
         };
-        let into = match way {
-            Way::PerPixel => Destination::Lists(self.sorter.lists(gpu, self.cell_pass)?),
-            _ => Destination::Sum,
-        };
-        let into = match (self.surface_pass, &surfaces) {
-            (Some(pass), Some(data)) => Destination::Nearest(pass, data),
-            _ => self.face_pass.map_or(into, Destination::Faces),
-        };
         let uploaded = Uploaded {
             geometry: &geometry,
             field: &field,
-            look: &look,
+            classified: &classified,
         };
-        let cell = self.cell_pass.data(gpu, uploaded, drawn, model, into)?;
-        Ok(Scene {
+        let cells = self.cell_pass;
+        let program = match (self.surface_pass, &surfaces, self.face_pass) {
+            (Some(pass), Some(data), _) => (pass.program(gpu, cells, uploaded, data)?, None),
+            (.., Some(pass)) => {
+                let (program, group) = pass.program(gpu, cells, uploaded, model)?;
+                (program, Some(group))
+            }
+            (.., None) if way == Way::PerPixel => {
+                let lists = self.sorter.lists(gpu, cells)?;
+                (lists.program(gpu, cells, uploaded, model)?, None)
+            }
+            (.., None) => (cells.program(gpu, uploaded, model)?, None),
+        };
+        let cell = cells.data(gpu, uploaded, drawn, program)?;
+        Ok(Style {
             appearance: appearance.clone(),
             geometry,
             field,
-            look,
+            classified,
             transform,
             sorting,
             unproven,
@@ -158,24 +164,24 @@ impl Parts<'_> {
     }
 }
 
-impl Scene {
+impl Style {
     /// What draws whole cells into lists, made when a view first needs it. Submits nothing.
     pub(super) fn whole_cells(&self, parts: &Parts) -> Result<&CellData, Error> {
         if self.sorting.is_per_pixel() {
             return Ok(&self.cell);
         }
         if self.whole_cells.get().is_none() {
-            let look = self.look.whole(parts.gpu)?;
+            let classified = self.classified.whole(parts.gpu)?;
             let uploaded = Uploaded {
                 geometry: &self.geometry,
                 field: &self.field,
-                look: &look,
+                classified: &classified,
             };
-            let into = Destination::Lists(parts.sorter.lists(parts.gpu, parts.cell_pass)?);
-            let (drawn, model) = (&look.culled.drawn, self.appearance.optical_model);
-            let cells = parts
-                .cell_pass
-                .data(parts.gpu, uploaded, drawn, model, into)?;
+            let (gpu, pass) = (parts.gpu, parts.cell_pass);
+            let lists = parts.sorter.lists(gpu, pass)?;
+            let model = self.appearance.optical_model;
+            let program = lists.program(gpu, pass, uploaded, model)?;
+            let cells = pass.data(gpu, uploaded, &classified.culled.drawn, (program, None))?;
             // Another thread may have been first.
             let _ = self.whole_cells.set(cells);
         }
@@ -216,7 +222,7 @@ impl Way {
 }
 
 impl Sorter {
-    /// Compiles what a scene needs and is not there yet.
+    /// Compiles what a style needs and is not there yet.
     pub(super) fn prepare(
         &mut self,
         gpu: &Gpu,
