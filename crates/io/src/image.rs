@@ -58,6 +58,12 @@ pub fn check_path(path: &Path) -> Result<(), Error> {
     paths.into_iter().try_for_each(check_writable)
 }
 
+/// Whether a picture of this name is there with all of its files, each of which
+/// [`write_image`] has made whole.
+pub fn is_written(path: &Path) -> bool {
+    path.is_file() && (extension(path) != "npy" || sidecar(path).is_file())
+}
+
 /// The extensions of the formats that are written.
 const FORMATS: [&str; 3] = ["png", "exr", "npy"];
 
