@@ -269,6 +269,49 @@ fn what_is_there_is_left_out_and_the_rest_is_as_it_would_have_been() {
     assert_eq!(run.succeeded().stdout, "f_1.npy\n");
 }
 
+#[test]
+fn what_is_there_but_is_another_picture_is_not_taken_for_a_frame() {
+    let folder = steps();
+    let line = "render step_*.vtk --size 16 -q -o f_%d.png";
+    folder.run(line).succeeded();
+    let whole = [0, 1, 2].map(|i| folder.read(&format!("f_{i}.png")));
+    for (options, words) in [
+        (
+            "--colormap inferno",
+            "f_0.png is there, but is a frame of another scene",
+        ),
+        ("--each-step", "of another scene"),
+        ("--algorithm raycast-peel", "by another algorithm"),
+    ] {
+        if options.ends_with("peel") && !cfg!(feature = "raycast-peel") {
+            continue;
+        }
+        let (error, help) = folder.run(&format!("{line} --resume {options}")).failed(2);
+        assert!(error.contains(words), "{error}");
+        assert!(help.contains("without --resume"), "{help}");
+    }
+    // A step that comes before moves the others.
+    folder.write("step_0.vtk", mesh(1.0, 0.0, 1.0));
+    let (error, _) = folder.run(&format!("{line} --resume")).failed(2);
+    assert!(error.contains("of another file"), "{error}");
+    fs::remove_file(folder.path("step_0.vtk")).expect("it was there");
+    // From another folder it is the same.
+    let root = folder.root().display();
+    let run = folder.run(&format!(
+        "render {root}/step_*.vtk --size 16 -q -o f_%d.png --resume"
+    ));
+    assert_eq!(run.succeeded().stdout, "");
+    // A half of a file is no frame; neither is that of a step that has changed.
+    folder.write("f_1.png", &whole[1][..whole[1].len() / 2]);
+    let run = folder.run(&format!("{line} --resume")).succeeded();
+    assert_eq!(run.stdout, "f_1.png\n");
+    assert_eq!(folder.read("f_1.png"), whole[1]);
+    folder.write("step_1.vtk", mesh(1.0, 0.25, 1.0));
+    let run = folder.run(&format!("{line} --resume")).succeeded();
+    assert_eq!(run.stdout, "f_0.png\n");
+    assert_ne!(folder.read("f_0.png"), whole[0]);
+}
+
 #[cfg(unix)]
 #[test]
 fn a_run_that_was_interrupted_goes_on_and_leaves_no_half_file() {

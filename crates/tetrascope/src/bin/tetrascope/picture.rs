@@ -47,6 +47,11 @@ fn text<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Er
 }
 
 impl Input {
+    /// Of the file's bytes, hexadecimal.
+    pub(crate) fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
     /// Reads the file once more to name it by its contents.
     pub(crate) fn of(path: &Path) -> Result<Input, Error> {
         let bytes = digest(path).map_err(|source| Error::Io {

@@ -8,6 +8,7 @@ mod common;
 mod frame_name;
 mod natural;
 mod pattern;
+mod resume;
 mod steps;
 mod whole;
 
@@ -17,7 +18,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use tetrascope::core::{Error, Volume, VolumeRenderer as _};
 use tetrascope::io::Step;
-use tetrascope::io::image::{self, is_written, write_image};
+use tetrascope::io::image::{self, write_image};
 use tetrascope::scene::Scene;
 use tetrascope::volumes::{self, Loaded};
 use tetrascope::{Algorithm, Context, Renderer, Settings, emptiness, help};
@@ -74,13 +75,22 @@ pub(crate) fn run(
         previous: None,
         whole: Whole::new(),
     };
+    let mut there = vec![false; numbers.len()];
+    if args.series.resume {
+        for (there, &number) in there.iter_mut().zip(&numbers) {
+            let step = &steps.list[number];
+            *there = series
+                .is_drawn(step, &name.path(number))
+                .map_err(at(step, None))?;
+        }
+    }
     let (mut drawn, mut skipped) = (0, 0);
     let mut reports = Vec::new();
     let mut empty: Option<(usize, Error)> = None;
-    for &number in &numbers {
+    for (&number, there) in numbers.iter().zip(there) {
         let step = &steps.list[number];
         let path = name.path(number);
-        if args.series.resume && is_written(&path) {
+        if there {
             skipped += 1;
             reports.push(report_of(step, &path, false));
             watch.end();
@@ -89,11 +99,7 @@ pub(crate) fn run(
         watch.begin(&format!("frame {number}, {}", describe(step)));
         let started = Instant::now();
         let frame = series.draw(step, &path, &watch);
-        let (mut report, warning) = frame.map_err(|error| Stop::Step {
-            error,
-            file: step.file.clone(),
-            help: Some(RESUME),
-        })?;
+        let (mut report, warning) = frame.map_err(at(step, Some(RESUME)))?;
         watch.end();
         watch.line(format_args!(
             "{}: {} ({:.2} s)",
@@ -116,7 +122,11 @@ pub(crate) fn run(
             }
             reports.push(report);
         } else {
-            watch.written(&path)?;
+            match watch.written(&path) {
+                // Who has read enough of the names may want the frames still.
+                Ok(()) | Err(Stop::ClosedPipe) => {}
+                Err(stop) => return Err(stop),
+            }
         }
     }
     drop(watch);
@@ -146,6 +156,12 @@ pub(crate) fn run(
     }
 }
 
+/// Names the step's file in an error.
+fn at(step: &Step, help: Option<&'static str>) -> impl FnOnce(Error) -> Stop {
+    let file = step.file.clone();
+    move |error| Stop::Step { error, file, help }
+}
+
 /// A series that is being drawn.
 struct Series {
     algorithm: &'static Algorithm,
@@ -162,6 +178,18 @@ struct Series {
 }
 
 impl Series {
+    /// Whether the frame of a step is there; an error if what is there is something else.
+    fn is_drawn(&mut self, step: &Step, path: &Path) -> Result<bool, Error> {
+        if !path.exists() {
+            return Ok(false);
+        }
+        let scene = match &self.common {
+            Some(common) => common.scene_of(step),
+            None => self.load(step)?.1,
+        };
+        resume::is_drawn(path, self.algorithm, &self.settings, &scene)
+    }
+
     /// Draws a step and writes its frame; gives what is to be said of it, and why it shows
     /// nothing if so.
     fn draw(

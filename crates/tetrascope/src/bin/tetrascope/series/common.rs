@@ -5,8 +5,8 @@ use tetrascope::io::Step;
 use tetrascope::scene::{Scene, Survey, VolumeSource};
 use tetrascope::volumes::{self, FieldSummary, Loaded};
 
-use super::Steps;
 use super::steps::describe;
+use super::{Steps, at};
 use crate::output::{Output, Stop};
 use crate::scene::Request;
 
@@ -29,17 +29,9 @@ impl Common {
     /// Reads every step, or the first alone if nothing is to be chosen from them; prints what
     /// was chosen.
     pub(crate) fn find(request: &Request, steps: &Steps, output: &Output) -> Result<Common, Stop> {
-        let at = |step: &Step| {
-            let file = step.file.clone();
-            move |error| Stop::Step {
-                error,
-                file,
-                help: None,
-            }
-        };
         let first = steps.first();
         if request.file.is_complete() {
-            let (loaded, _) = request.load(output).map_err(at(first))?;
+            let (loaded, _) = request.load(output).map_err(at(first, None))?;
             let mut scene = request.resolve(&loaded.volume, output)?;
             let field = Field::of(&loaded);
             scene.source.field = Some(field.name.clone());
@@ -58,7 +50,7 @@ impl Common {
             watch.begin(&format!("reading {}", describe(step)));
             source.file = Some(step.file.clone());
             let loaded =
-                load(&source, previous.take().as_ref(), field.as_ref()).map_err(at(step))?;
+                load(&source, previous.take().as_ref(), field.as_ref()).map_err(at(step, None))?;
             watch.detail(format_args!(
                 "  {number}: {}, {}",
                 step.file.display(),
