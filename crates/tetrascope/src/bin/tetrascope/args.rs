@@ -115,18 +115,20 @@ pub(crate) struct RenderArgs {
 
 /// Which frames of a series, and what they share.
 #[derive(Args)]
-#[command(next_help_heading = "Series")]
 pub(crate) struct SeriesArgs {
     /// Leave out frames that are there already, to go on after an interruption
-    #[arg(long)]
+    #[arg(long, help_heading = SERIES)]
     pub(crate) resume: bool,
     /// Draw these steps alone, the last one too; what frames share is still that of all
-    #[arg(long, value_name = "FIRST..LAST", value_parser = step_range)]
+    #[arg(long, value_name = "FIRST..LAST", value_parser = step_range, help_heading = SERIES)]
     pub(crate) steps: Option<(usize, usize)>,
     /// Choose range, camera and the like for each step, not once for all
-    #[arg(long)]
+    #[arg(long, help_heading = SERIES)]
     pub(crate) each_step: bool,
 }
+
+/// The heading of options for series of files.
+const SERIES: &str = "Series";
 
 /// A volume and how it looks. Options override the scene file.
 #[derive(Args)]

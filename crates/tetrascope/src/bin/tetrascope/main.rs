@@ -65,9 +65,9 @@ fn main() -> ExitCode {
 fn end(stop: Stop, output: &Output) -> ExitCode {
     match stop {
         Stop::ClosedPipe => ExitCode::SUCCESS,
-        Stop::Step { error, file, help } => {
-            let code = exit_code(error.kind());
-            output.error_in(&error, &file, help, code);
+        Stop::Step(step) => {
+            let code = exit_code(step.error.kind());
+            output.error_in(&step, code);
             ExitCode::from(code)
         }
         Stop::Error(error) => {

@@ -25,15 +25,18 @@ pub(crate) enum Stop {
     /// Something is wrong.
     Error(Error),
     /// Something is wrong with a step of a series.
-    Step {
-        error: Error,
-        /// The step's file.
-        file: PathBuf,
-        /// What to try beside what the error says.
-        help: Option<&'static str>,
-    },
+    Step(Box<StepError>),
     /// Whoever read stdout, such as `head`, has enough; that is no error.
     ClosedPipe,
+}
+
+/// An error in a step of a series.
+pub(crate) struct StepError {
+    pub(crate) error: Error,
+    /// The step's file.
+    pub(crate) file: PathBuf,
+    /// What to try beside what the error says.
+    pub(crate) help: Option<&'static str>,
 }
 
 impl From<Error> for Stop {
@@ -149,13 +152,12 @@ impl Output {
     }
 
     /// The error in a step of a series, which ends the command.
-    pub(crate) fn error_in(
-        &self,
-        error: &Error,
-        file: &Path,
-        more: Option<&'static str>,
-        code: u8,
-    ) {
+    pub(crate) fn error_in(&self, step: &StepError, code: u8) {
+        let StepError {
+            error,
+            file,
+            help: more,
+        } = step;
         let message = match error {
             // These name a file themselves, be it another.
             Error::Io { .. } | Error::Format { .. } => error.to_string(),
@@ -228,14 +230,14 @@ impl Output {
     /// Begins work on so many steps of a series.
     ///
     /// A terminal shows one bar over all of them.
-    pub(crate) fn steps(&self, count: usize) -> Steps<'_> {
+    pub(crate) fn watch(&self, count: usize) -> Watch<'_> {
         if let Some(bar) = &self.bar {
             bar.reset();
-            bar.set_length(Steps::PARTS * count as u64);
+            bar.set_length(Watch::PARTS * count as u64);
             bar.set_style(style("{msg} {bar:30} {percent} % ({elapsed}, {eta} left)"));
             bar.enable_steady_tick(Duration::from_millis(100));
         }
-        Steps {
+        Watch {
             output: self,
             done: Arc::default(),
         }
@@ -264,12 +266,12 @@ impl Output {
 }
 
 /// What is shown of the work on the steps of a series.
-pub(crate) struct Steps<'a> {
+pub(crate) struct Watch<'a> {
     output: &'a Output,
     done: Arc<AtomicU64>,
 }
 
-impl Steps<'_> {
+impl Watch<'_> {
     /// Of the bar for each step.
     const PARTS: u64 = 1000;
 
@@ -296,6 +298,11 @@ impl Steps<'_> {
         }
     }
 
+    /// As [`Output::note`].
+    pub(crate) fn note(&self, text: impl Display) {
+        self.output.beside_bar(|| self.output.note(text));
+    }
+
     /// As [`Output::detail`].
     pub(crate) fn detail(&self, text: impl Display) {
         self.output.beside_bar(|| self.output.detail(text));
@@ -317,7 +324,7 @@ impl Steps<'_> {
     }
 }
 
-impl Drop for Steps<'_> {
+impl Drop for Watch<'_> {
     fn drop(&mut self) {
         if let Some(bar) = &self.output.bar {
             bar.finish_and_clear();

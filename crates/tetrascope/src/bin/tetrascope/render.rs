@@ -82,17 +82,14 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     if !output.json() {
         return output.written(&path);
     }
-    let mut report = picture.report(&Times {
+    let times = Times {
         load,
         prepare,
         render,
         write,
-    });
+    };
+    let mut report = picture.report(&times, warning.as_ref());
     report["output"] = json!(path.to_string_lossy());
-    let warnings = warning
-        .iter()
-        .map(|w| json!({"message": w.to_string(), "help": tetrascope::help(w)}));
-    report["warnings"] = warnings.collect();
     output.json_result(&report)
 }
 

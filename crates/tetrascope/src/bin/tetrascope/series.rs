@@ -10,6 +10,7 @@ mod natural;
 mod pattern;
 mod resume;
 mod steps;
+mod tally;
 mod whole;
 
 use std::path::Path;
@@ -21,10 +22,10 @@ use tetrascope::io::Step;
 use tetrascope::io::image::{self, write_image};
 use tetrascope::scene::Scene;
 use tetrascope::volumes::{self, Loaded};
-use tetrascope::{Algorithm, Context, Renderer, Settings, emptiness, help};
+use tetrascope::{Algorithm, Context, Renderer, Settings, emptiness};
 
 use crate::args::RenderArgs;
-use crate::output::{self, Output, Stop};
+use crate::output::{Output, StepError, Stop, Watch};
 use crate::picture::{Input, Picture, Times};
 use crate::render::BYTES_PER_PIXEL;
 use crate::scene::Request;
@@ -32,6 +33,7 @@ use crate::scene::Request;
 pub(crate) use common::Common;
 pub(crate) use steps::Steps;
 use steps::{describe, frame_name};
+use tally::Tally;
 use whole::Whole;
 
 /// What is told of a frame that cannot be drawn.
@@ -48,19 +50,20 @@ pub(crate) fn run(
     let numbers = steps.numbers(args.series.steps)?;
     image::check_path(&name.path(numbers[0]))?;
     let request = Request::new(&args.scene, Some(&steps.first().file))?;
-    if steps.is_shuffled {
-        output.warning(&Error::Invalid {
-            what: "the files are drawn as they are named, which is not the order of their numbers"
-                .into(),
-            help: Some("a quoted pattern, such as 'step_*.vtu', has step_2 before step_10".into()),
-        });
+    let shuffled = steps.is_shuffled.then(|| Error::Invalid {
+        what: "the files are drawn as they are named, which is not the order of their numbers"
+            .into(),
+        help: Some("a quoted pattern, such as 'step_*.vtu', has step_2 before step_10".into()),
+    });
+    if let Some(warning) = &shuffled {
+        output.warning(warning);
     }
     let common = match args.series.each_step {
         true => None,
         false => Some(Common::find(&request, steps, output)?),
     };
 
-    let watch = output.steps(numbers.len());
+    let watch = output.watch(numbers.len());
     let context = match watch.progress() {
         Some(progress) => Context::new().with_progress(progress),
         None => Context::new(),
@@ -75,53 +78,33 @@ pub(crate) fn run(
         previous: None,
         whole: Whole::new(),
     };
+    // What must not be drawn over is found before anything is drawn.
     let mut there = vec![false; numbers.len()];
     if args.series.resume {
         for (there, &number) in there.iter_mut().zip(&numbers) {
-            let step = &steps.list[number];
-            *there = series
-                .is_drawn(step, &name.path(number))
-                .map_err(at(step, None))?;
+            *there = series.is_drawn(&steps.list[number], &name.path(number))?;
         }
     }
-    let (mut drawn, mut skipped) = (0, 0);
-    let mut reports = Vec::new();
-    let mut empty: Option<(usize, Error)> = None;
+    let mut tally = Tally::default();
     for (&number, there) in numbers.iter().zip(there) {
         let step = &steps.list[number];
         let path = name.path(number);
         if there {
-            skipped += 1;
-            reports.push(report_of(step, &path, false));
+            tally.skip(step, &path);
             watch.end();
             continue;
         }
         watch.begin(&format!("frame {number}, {}", describe(step)));
         let started = Instant::now();
-        let frame = series.draw(step, &path, &watch);
-        let (mut report, warning) = frame.map_err(at(step, Some(RESUME)))?;
+        let help = tally.has_frames().then_some(RESUME);
+        let drawn = series.draw(step, &path, &watch).map_err(at(step, help))?;
         watch.end();
-        watch.line(format_args!(
-            "{}: {} ({:.2} s)",
-            path.display(),
-            describe(step),
-            started.elapsed().as_secs_f64()
-        ));
-        drawn += 1;
-        if let Some(warning) = warning {
-            let count = empty.take().map_or(0, |(count, _)| count);
-            empty = Some((count + 1, warning));
-        }
-        if output.json() {
-            for (key, value) in report_of(step, &path, true)
-                .as_object()
-                .into_iter()
-                .flatten()
-            {
-                report[key] = value.clone();
-            }
-            reports.push(report);
-        } else {
+        let seconds = started.elapsed().as_secs_f64();
+        let what = describe(step);
+        watch.line(format_args!("{}: {what} ({seconds:.2} s)", path.display()));
+        let (report, warning) = drawn;
+        tally.add(step, &path, output.json().then_some(report), warning);
+        if !output.json() {
             match watch.written(&path) {
                 // Who has read enough of the names may want the frames still.
                 Ok(()) | Err(Stop::ClosedPipe) => {}
@@ -130,36 +113,14 @@ pub(crate) fn run(
         }
     }
     drop(watch);
-    let there = match skipped {
-        0 => String::new(),
-        _ => format!(", {skipped} were there"),
-    };
-    output.note(format_args!(
-        "{drawn} of {} frames drawn{there}",
-        numbers.len()
-    ));
-    if let Some((count, warning)) = &empty {
-        output.warning(&Error::Invalid {
-            what: format!("of {count} of {drawn} frames drawn, {warning}"),
-            help: help(warning),
-        });
-    }
-    match output.json() {
-        true => output.json_result(&json!({
-            "steps": steps.list.len(),
-            "drawn": drawn,
-            "skipped": skipped,
-            "scene": series.common.map(|common| common.scene.to_file()),
-            "frames": reports,
-        })),
-        false => Ok(()),
-    }
+    let scene = series.common.map(|common| json!(common.scene.to_file()));
+    tally.print(scene, shuffled.as_ref(), output)
 }
 
 /// Names the step's file in an error.
 fn at(step: &Step, help: Option<&'static str>) -> impl FnOnce(Error) -> Stop {
     let file = step.file.clone();
-    move |error| Stop::Step { error, file, help }
+    move |error| Stop::Step(Box::new(StepError { error, file, help }))
 }
 
 /// A series that is being drawn.
@@ -179,15 +140,16 @@ struct Series {
 
 impl Series {
     /// Whether the frame of a step is there; an error if what is there is something else.
-    fn is_drawn(&mut self, step: &Step, path: &Path) -> Result<bool, Error> {
+    fn is_drawn(&mut self, step: &Step, path: &Path) -> Result<bool, Stop> {
         if !path.exists() {
             return Ok(false);
         }
         let scene = match &self.common {
             Some(common) => common.scene_of(step),
-            None => self.load(step)?.1,
+            None => self.load(step).map_err(at(step, None))?.1,
         };
-        resume::is_drawn(path, self.algorithm, &self.settings, &scene)
+        let (algorithm, settings) = (self.algorithm, &self.settings);
+        Ok(resume::is_drawn(path, algorithm, settings, &scene)?)
     }
 
     /// Draws a step and writes its frame; gives what is to be said of it, and why it shows
@@ -196,7 +158,7 @@ impl Series {
         &mut self,
         step: &Step,
         path: &Path,
-        watch: &output::Steps,
+        watch: &Watch,
     ) -> Result<(Value, Option<Error>), Error> {
         let mut laps = Laps(Instant::now());
         let (loaded, scene) = self.load(step)?;
@@ -246,12 +208,13 @@ impl Series {
         for line in picture.statistics() {
             watch.detail(format_args!("  {line}"));
         }
-        let report = picture.report(&Times {
+        let times = Times {
             load,
             prepare,
             render,
             write: laps.next(),
-        });
+        };
+        let report = picture.report(&times, warning.as_ref());
         self.previous = match loaded.volume {
             Volume::Mesh(mesh) => Some(Volume::Mesh(mesh)),
             _ => None,
@@ -283,14 +246,4 @@ impl Laps {
         let before = std::mem::replace(&mut self.0, Instant::now());
         (self.0 - before).as_secs_f64()
     }
-}
-
-/// Of a frame, as JSON.
-fn report_of(step: &Step, path: &Path, drawn: bool) -> Value {
-    json!({
-        "output": path.to_string_lossy(),
-        "file": step.file.to_string_lossy(),
-        "time": step.time,
-        "drawn": drawn,
-    })
 }

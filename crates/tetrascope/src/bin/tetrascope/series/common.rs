@@ -38,7 +38,7 @@ impl Common {
             return Ok(Common { scene, field });
         }
         let count = steps.list.len();
-        let watch = output.steps(count);
+        let watch = output.watch(count);
         watch.line(format_args!(
             "reading {count} steps for what their frames share"
         ));
@@ -57,7 +57,10 @@ impl Common {
                 loaded.description
             ));
             for note in &loaded.notes {
-                watch.detail(format_args!("    {note}"));
+                match number {
+                    0 => watch.note(format_args!("  {note}")),
+                    _ => watch.detail(format_args!("    {note}")),
+                }
             }
             let field = field.get_or_insert_with(|| Field::of(&loaded));
             source.field = Some(field.name.clone());
