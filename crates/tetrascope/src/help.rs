@@ -10,7 +10,7 @@ const SPELLINGS: [(&str, &str); 7] = [
     ("`solution`", "--solution FILE"),
     (
         "draw it as a series",
-        "draw it as a series with `tetrascope render`, -o frame_%04d.png",
+        "draw it as a series with `tetrascope render FILE -o frame_%04d.png`",
     ),
     (
         "choose another field",

@@ -534,9 +534,28 @@ fn mistakes_are_refused_before_anything_is_drawn() {
     }
     let (_, help) = folder.run("info gap.pvd").failed(3);
     assert!(
-        help.contains("`tetrascope render`, -o frame_%04d.png"),
+        help.contains("`tetrascope render FILE -o frame_%04d.png`"),
         "{help}"
     );
+}
+
+// Doubles that 32 bits cannot tell apart are kept less an offset, each file its own.
+#[test]
+fn values_that_mean_something_else_in_each_step_are_refused() {
+    let folder = Folder::new();
+    for i in [1, 2] {
+        let low = 1e9 * f64::from(i);
+        let grid = grid(low, low + 0.1).replace("Float32", "Float64");
+        folder.write(&format!("a{i}.vti"), grid);
+    }
+    let line = format!("render a?.vti {SMALL} -o f_%d.png");
+    let (error, help) = folder.run(&line).failed(3);
+    assert!(
+        error.contains("less 2000000000") && error.ends_with("in a2.vti"),
+        "{error}"
+    );
+    assert!(help.contains("--each-step"), "{help}");
+    folder.run(&format!("{line} --each-step")).succeeded();
 }
 
 #[test]

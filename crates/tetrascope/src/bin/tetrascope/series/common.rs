@@ -39,9 +39,11 @@ impl Common {
         }
         let count = steps.list.len();
         let watch = output.watch(count);
-        watch.line(format_args!(
-            "reading {count} steps for what their frames share"
-        ));
+        let all = match count {
+            1 => "1 step".into(),
+            _ => format!("{count} steps"),
+        };
+        watch.line(format_args!("reading {all} for what frames share"));
         let mut survey = Survey::new(&request.file);
         let mut source = request.file.volume.clone();
         let mut field: Option<Field> = None;
@@ -74,7 +76,7 @@ impl Common {
         scene.source = source;
         scene.source.file = Some(first.file.clone());
         let field = field.expect("there is a step");
-        output.note(format_args!("  field '{}' of {count} steps", field.name));
+        output.note(format_args!("  field '{}' of {all}", field.name));
         for line in &scene.defaults {
             output.note(format_args!("  {line}"));
         }
