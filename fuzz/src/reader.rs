@@ -4,7 +4,7 @@ use std::path::Path;
 
 use tetrascope::core::grid::Region;
 use tetrascope::core::{Error, Volume};
-use tetrascope::io::{FileData, ReadOptions, read_file};
+use tetrascope::io::{FileData, ReadOptions, read_collection, read_file};
 use tetrascope::scene::{SceneFile, VolumeSource};
 use tetrascope::volumes;
 
@@ -54,6 +54,7 @@ pub(crate) fn explain(input: &Input, folder: &Path) -> Option<Error> {
             volume(&source)
         }
         Entry::Scene => scene(&path),
+        Entry::Collection => read_collection(&path).map(drop),
     };
     outcome.err()
 }

@@ -1,6 +1,7 @@
 //! Valid files of every format, small, to begin from: the fixtures of the readers' own
 //! tests, and others made here.
 
+mod collections;
 mod grids;
 mod meshes;
 mod scenes;
@@ -36,6 +37,8 @@ pub(crate) enum Entry {
     Volume(Box<VolumeSource>),
     /// Parsed as a scene, completed, and its file loaded.
     Scene,
+    /// Read as a list of files, which are not.
+    Collection,
 }
 
 impl Seed {
@@ -77,6 +80,8 @@ pub(crate) fn kinds() -> std::io::Result<Vec<Kind>> {
         ),
         kind("raw", grids::raw(), &["\0", "\u{ff}"]),
         kind("scene", scenes::scenes(), scenes::WORDS),
+        kind("pvd", collections::pvd(), collections::PVD_WORDS),
+        kind("series", collections::series(), collections::SERIES_WORDS),
     ];
     kinds[0].heavy = meshes::heavy_vtu();
     kinds[5].heavy = vec![grids::heavy_nrrd()];

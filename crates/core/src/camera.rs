@@ -196,20 +196,65 @@ impl Camera {
         orthographic: bool,
         aspect: f64,
     ) -> Camera {
-        let (toward_eye, view_up) = from.axes();
-        let half = (DEFAULT_VIEW_ANGLE.to_radians() / 2.0).tan();
-        // Slopes of the planes through the eye between which the points shall lie.
-        let inside = 1.0 - MARGIN;
-        let slopes = (half * aspect * inside, half * inside);
-        let outline = Outline::of(points, -toward_eye, view_up, slopes);
+        let mut framing = Framing::new(from, aspect);
+        framing.extend(points);
+        framing.camera(orthographic)
+    }
+}
+
+/// [`Camera::frame`] for points that come in parts, such as the steps of a series: what it
+/// keeps of them does not grow.
+#[derive(Clone, Debug)]
+pub struct Framing {
+    from: CameraFit,
+    aspect: f64,
+    /// Of no point at first.
+    outline: Option<Outline>,
+}
+
+impl Framing {
+    /// Of no points, seen from the side `from` in a picture of this width over its height.
+    pub fn new(from: CameraFit, aspect: f64) -> Framing {
+        Framing {
+            from,
+            aspect,
+            outline: None,
+        }
+    }
+
+    /// The side from which the camera looks.
+    pub fn from(&self) -> CameraFit {
+        self.from
+    }
+
+    /// Adds points.
+    pub fn extend(&mut self, points: impl IntoIterator<Item = DVec3>) {
+        let slopes = self.slopes();
+        for point in points {
+            let outline = self
+                .outline
+                .get_or_insert_with(|| Outline::at(point, self.from));
+            outline.add(point, slopes);
+        }
+    }
+
+    /// The camera whose picture all points so far fill.
+    pub fn camera(&self, orthographic: bool) -> Camera {
+        let (_, view_up) = self.from.axes();
+        let slopes = self.slopes();
+        let outline = self.outline.unwrap_or_else(|| {
+            let mut outline = Outline::at(DVec3::ZERO, self.from);
+            outline.add(DVec3::ZERO, slopes);
+            outline
+        });
         let [x, y, z] = [outline.x, outline.y, outline.z];
         let radius = DVec3::new(x.length(), y.length(), z.length()).length() / 2.0;
         // A point or nothing: any distance will do.
         let radius = if radius > 0.0 { radius } else { 1.0 };
         let (eye, projection) = if orthographic {
-            let scale = (y.length() / 2.0).max(x.length() / 2.0 / aspect) / inside;
+            let scale = (y.length() / 2.0).max(x.length() / 2.0 / self.aspect) / (1.0 - MARGIN);
             let parallel_scale = if scale > 0.0 { scale } else { radius };
-            let depth = z.middle() - radius / half;
+            let depth = z.middle() - radius / half_view();
             (
                 DVec3::new(x.middle(), y.middle(), depth),
                 Projection::Orthographic { parallel_scale },
@@ -237,6 +282,17 @@ impl Camera {
             projection,
         }
     }
+
+    /// Slopes of the planes through the eye between which the points shall lie.
+    fn slopes(&self) -> (f64, f64) {
+        let inside = 1.0 - MARGIN;
+        (half_view() * self.aspect * inside, half_view() * inside)
+    }
+}
+
+/// Half the height of what a camera of the default opening sees at distance 1.
+fn half_view() -> f64 {
+    (DEFAULT_VIEW_ANGLE.to_radians() / 2.0).tan()
 }
 
 /// The part of half an image that [`Camera::frame`] leaves free on each side.
@@ -247,6 +303,7 @@ pub const MARGIN: f64 = 0.03;
 const NEAREST: f64 = 1e-3;
 
 /// How far points reach in the axes of an image, seen in a direction.
+#[derive(Clone, Copy, Debug)]
 struct Outline {
     /// The first point, or 0 without any. The others are taken relative to it, so that
     /// points far from 0 keep their digits.
@@ -262,7 +319,7 @@ struct Outline {
 }
 
 /// The least and greatest value, in one direction.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Reach {
     low: f64,
     high: f64,
@@ -290,7 +347,7 @@ impl Reach {
 
 /// The two planes of a given slope that touch points from outside: w ≤ a + slope z and
 /// −w ≤ b + slope z, where w is x or y.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Wedge {
     a: f64,
     b: f64,
@@ -317,16 +374,12 @@ impl Wedge {
 }
 
 impl Outline {
-    fn of(
-        points: impl IntoIterator<Item = DVec3>,
-        forward: DVec3,
-        view_up: DVec3,
-        slopes: (f64, f64),
-    ) -> Outline {
-        let mut points = points.into_iter().peekable();
-        let origin = points.peek().copied().unwrap_or(DVec3::ZERO);
+    /// Of no point, with others to come relative to `origin`.
+    fn at(origin: DVec3, from: CameraFit) -> Outline {
+        let (toward_eye, view_up) = from.axes();
+        let forward = -toward_eye;
         let right = forward.cross(view_up).normalize();
-        let mut outline = Outline {
+        Outline {
             origin,
             right,
             up: right.cross(forward),
@@ -336,17 +389,17 @@ impl Outline {
             z: Reach::NONE,
             beside: Wedge::NONE,
             above: Wedge::NONE,
-        };
-        for point in points.chain([origin]) {
-            let p = point - origin;
-            let (x, y, z) = (p.dot(right), p.dot(outline.up), p.dot(forward));
-            outline.x.add(x);
-            outline.y.add(y);
-            outline.z.add(z);
-            outline.beside.add(x, z, slopes.0);
-            outline.above.add(y, z, slopes.1);
         }
-        outline
+    }
+
+    fn add(&mut self, point: DVec3, slopes: (f64, f64)) {
+        let p = point - self.origin;
+        let (x, y, z) = (p.dot(self.right), p.dot(self.up), p.dot(self.forward));
+        self.x.add(x);
+        self.y.add(y);
+        self.z.add(z);
+        self.beside.add(x, z, slopes.0);
+        self.above.add(y, z, slopes.1);
     }
 }
 
@@ -533,6 +586,23 @@ mod tests {
                         assert!(touches.contains(&true), "{name} {orthographic} {aspect}");
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn points_in_parts_are_framed_as_all_at_once() {
+        let corners = UNIT
+            .corners()
+            .map(|p| p * DVec3::new(3.0, 1.0, 0.1) + DVec3::X);
+        for (_, fit) in CameraFit::ALL {
+            let mut framing = Framing::new(fit, 1.5);
+            corners
+                .chunks(3)
+                .for_each(|some| framing.extend(some.iter().copied()));
+            for orthographic in [false, true] {
+                let camera = Camera::frame(corners, fit, orthographic, 1.5);
+                assert_eq!(framing.camera(orthographic), camera);
             }
         }
     }

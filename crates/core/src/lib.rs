@@ -76,7 +76,7 @@ pub use appearance::{
     Abilities, Appearance, ClipPlane, DepthCue, DirectionalLight, Isosurface, Lighting,
     OpticalModel,
 };
-pub use camera::{Camera, CameraFit, Projection, Ray};
+pub use camera::{Camera, CameraFit, Framing, Projection, Ray};
 pub use entry::{Entry, Promise};
 pub use error::{Error, ErrorKind};
 pub use frame::{Counter, Frame, FrameStats};

@@ -97,6 +97,22 @@ struct Geometry {
     boundary: OnceLock<BoundaryStatistics>,
 }
 
+impl Geometry {
+    /// Whether all that is made of `other` would be made of this, to the last bit.
+    fn is_same(&self, other: &Geometry) -> bool {
+        let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
+        let points = || self.points.iter().map(bits);
+        // Places and bounds are made from these; the report says how.
+        self.points.len() == other.points.len()
+            && self.tetrahedra == other.tetrahedra
+            && self.sources == other.sources
+            && self.input_cell_count == other.input_cell_count
+            && self.report == other.report
+            && points().eq(other.points.iter().map(bits))
+            && self.cells == other.cells
+    }
+}
+
 #[derive(Debug)]
 struct Field {
     scalars: Scalars,
@@ -312,6 +328,18 @@ impl TetMesh {
     /// Whether `other` has the very same geometry, so that only scalars need an upload.
     pub fn shares_geometry(&self, other: &TetMesh) -> bool {
         Arc::ptr_eq(&self.geometry, &other.geometry)
+    }
+
+    /// This mesh on the geometry of `other`, if that is the same to the last bit; else as it
+    /// is. Steps of a series that were read from files of their own share geometry so.
+    pub fn sharing_with(self, other: &TetMesh) -> TetMesh {
+        match self.geometry.is_same(&other.geometry) {
+            true => TetMesh {
+                geometry: other.geometry.clone(),
+                field: self.field,
+            },
+            false => self,
+        }
     }
 
     /// Positions, world space.

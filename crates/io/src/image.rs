@@ -6,6 +6,8 @@
 //! | EXR | 32-bit linear floats, premultiplied | attributes named `tetrascope.KEY` |
 //! | NPY | 32-bit linear floats, premultiplied | `NAME.npy.json` beside it |
 
+mod metadata;
+
 use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -14,6 +16,7 @@ use exr::prelude::WritableImage as _;
 use tetrascope_core::colormap::linear_to_srgb;
 use tetrascope_core::{Error, Frame};
 
+pub use self::metadata::read_metadata;
 pub use crate::whole_file::write_file;
 use crate::whole_file::{check_writable, write_files};
 
@@ -107,6 +110,9 @@ pub fn encode_png(frame: &Frame, metadata: &[(String, String)]) -> Result<Vec<u8
     encode().map_err(|error| Error::invalid(format!("cannot make a PNG file: {error}")))
 }
 
+/// Before each of our keys in an EXR file.
+const EXR_PREFIX: &str = "tetrascope.";
+
 /// The frame as an EXR file: linear premultiplied RGBA in 32-bit floats,
 /// losslessly compressed.
 ///
@@ -124,7 +130,7 @@ pub fn encode_exr(frame: &Frame, metadata: &[(String, String)]) -> Result<Vec<u8
     let mut attributes = LayerAttributes::default();
     for (key, value) in metadata {
         attributes.other.insert(
-            text(&format!("tetrascope.{key}")),
+            text(&format!("{EXR_PREFIX}{key}")),
             AttributeValue::Text(text(value)),
         );
     }

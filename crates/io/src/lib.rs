@@ -3,7 +3,7 @@
 //!
 //! [`read_file`] finds out the format and returns [`MeshData`], which is points, cells,
 //! every scalar field, and what was noticed on the way, or [`GridData`], which is samples
-//! and where they lie. [`write_image`] writes a frame with its metadata, [`write_grid`] and
+//! and where they lie. [`read_collection`] lists the files of a series. [`write_image`] writes a frame with its metadata, [`write_grid`] and
 //! [`write_vti`] the samples of a grid, whole or not at all.
 //!
 //! | format | what is read |
@@ -16,6 +16,7 @@
 //! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; `kinds`, `space`; see [`grid`] |
 //! | `.nii`, `.nii.gz` | NIfTI-1 with all of its volumes; see [`grid`] |
 //! | any | raw samples, described by [`ReadOptions::raw`] |
+//! | `.pvd`, `.series` | the files of a series and their times; see [`collection`] |
 //!
 //! Samples of grids stay 8- and 16-bit integers or 32-bit floats, as they are stored;
 //! other types become 32-bit floats, with a note if that rounds, less an offset where they
@@ -63,6 +64,7 @@
 //! # Ok::<(), tetrascope_core::Error>(())
 //! ```
 
+pub mod collection;
 mod fields;
 pub mod grid;
 pub mod image;
@@ -75,6 +77,7 @@ pub mod vtk;
 pub mod vtu;
 mod whole_file;
 
+pub use collection::{Step, is_collection, read_collection};
 pub use grid::{FieldSamples, GridData, GridField, RawFile};
 pub use image::{encode_exr, encode_npy, encode_png, write_file, write_image};
 pub use mesh_data::{MeshData, MeshField};

@@ -47,10 +47,14 @@ pub enum FileData {
 const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
-const NOT_READ: [(&[&str], &str); 9] = [
+const NOT_READ: [(&[&str], &str); 10] = [
     (
-        &["pvtu", "pvti", "pvd", "vtm", "vtmb"],
+        &["pvtu", "pvti", "vtm", "vtmb"],
         "a VTK file that lists other files; give one of its .vtu or .vti pieces",
+    ),
+    (
+        &["pvd", "series"],
+        "a list of the files of a series; give one of these files, or draw it as a series",
     ),
     (
         &["vts", "vtr", "vtp"],

@@ -30,6 +30,9 @@ use tetrascope_core::glam;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Cells, Error};
 
+pub(crate) use self::document::{attributes, line};
+pub(crate) use self::encoding::to_utf8;
+
 use self::decode::Decoder;
 use self::document::{ArrayElement, Document, Piece};
 use self::stored::{File, Stored};
@@ -42,7 +45,7 @@ use crate::source::{Source, count, reserve, room};
 
 /// Reads a `.vtu` or `.vti` file.
 pub(crate) fn read(source: Source) -> Result<FileData, Error> {
-    let source = Arc::new(encoding::to_utf8(source)?);
+    let source = Arc::new(to_utf8(source)?);
     let document = Document::parse(&source)?;
     match &document.image {
         Some(image) => image::read(&source, &document, image).map(FileData::Grid),

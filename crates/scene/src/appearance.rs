@@ -6,10 +6,11 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::transfer_function::OpacityRamp;
 use tetrascope_core::{
     Appearance, ClipPlane, DepthCue, DirectionalLight, Error, Isosurface, Knot, Lighting,
-    OpticalModel, TransferFunction, Volume, number,
+    OpticalModel, TransferFunction, number,
 };
 
-use crate::defaults::{default_isovalue, default_ramp, default_unit_distance};
+use crate::defaults::{default_isovalue, default_ramp, unit_distance_of};
+use crate::subject::Subject;
 
 /// Knots in a transfer function made from a color map: between them the sampled
 /// extinction −ln(1 − α)/D is within 2 % of its curve up to α = 0.95.
@@ -71,11 +72,26 @@ impl AppearanceSpec {
             .unwrap_or(OpticalModel::EmissionAbsorption)
     }
 
+    /// Whether nothing is left out that is chosen from the volume.
+    pub(crate) fn is_complete(&self) -> bool {
+        let scaled = self.range.is_some() && self.unit_distance.is_some();
+        (self.transfer_function.is_some() || scaled) && !self.needs_values()
+    }
+
+    /// Whether something is left out that is chosen from how the values are spread.
+    pub(crate) fn needs_values(&self) -> bool {
+        let no_surface = self.model() == OpticalModel::Isosurfaces && self.isosurfaces.is_none();
+        match self.transfer_function {
+            Some(_) => no_surface,
+            None => self.range.is_none(),
+        }
+    }
+
     /// The appearance of `volume` for a camera that looks along the unit vector `forward`;
     /// adds what was chosen to `defaults`.
     pub(crate) fn resolve(
         &self,
-        volume: &Volume,
+        volume: &dyn Subject,
         forward: DVec3,
         defaults: &mut Vec<String>,
     ) -> Result<Appearance, Error> {
@@ -104,7 +120,7 @@ impl AppearanceSpec {
     /// The transfer function and, if a color map made it, the ramp of its opacity.
     fn transfer_function(
         &self,
-        volume: &Volume,
+        volume: &dyn Subject,
         forward: DVec3,
         defaults: &mut Vec<String>,
     ) -> Result<(TransferFunction, Option<OpacityRamp>), Error> {
@@ -144,7 +160,7 @@ impl AppearanceSpec {
             }
         };
         let unit_distance = self.unit_distance.unwrap_or_else(|| {
-            let (mut distance, mut why) = default_unit_distance(volume, self.model(), forward);
+            let (mut distance, mut why) = unit_distance_of(volume, self.model(), forward);
             if longest_unit < distance && longest_unit > 0.0 {
                 distance = longest_unit;
                 why = "as nearly all of the volume is clear";

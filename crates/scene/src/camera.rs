@@ -3,9 +3,10 @@
 use serde::{Deserialize, Serialize};
 use tetrascope_core::camera::DEFAULT_VIEW_ANGLE;
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::{Camera, CameraFit, Error, Projection, Volume};
+use tetrascope_core::{Camera, CameraFit, Error, Projection};
 
-use crate::defaults::default_side;
+use crate::defaults::side_of;
+use crate::subject::Subject;
 
 /// A camera as written: `fit`, or position and the rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -49,7 +50,7 @@ impl CameraSpec {
     /// chosen to `defaults`.
     pub(crate) fn resolve(
         &self,
-        volume: &Volume,
+        volume: &dyn Subject,
         aspect: f64,
         defaults: &mut Vec<String>,
     ) -> Result<Camera, Error> {
@@ -90,7 +91,7 @@ impl CameraSpec {
             let (fit, orthographic) = match self.fit {
                 Some(fit) => (fit, orthographic),
                 None => {
-                    let (fit, why) = default_side(volume);
+                    let (fit, why) = side_of(volume);
                     let why = why.map_or(String::new(), |why| format!(", {why}"));
                     defaults.push(format!("camera: fit{}{why}", fit.name()));
                     // Near a needle's tip, perspective shows little but the tip.
@@ -98,7 +99,7 @@ impl CameraSpec {
                     (fit, orthographic || parallel)
                 }
             };
-            return Ok(Camera::frame(volume.outline(), fit, orthographic, aspect));
+            return Ok(volume.framed(fit, orthographic, aspect));
         };
         if self.fit.is_some() {
             return refuse("fit excludes position", "keep one of the two ways");
@@ -122,6 +123,16 @@ impl CameraSpec {
             view_up: self.view_up.unwrap_or(DVec3::Y),
             projection,
         })
+    }
+
+    /// Whether nothing is left out that is chosen from the volume.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.position.is_some() && self.focal_point.is_some()
+    }
+
+    /// Whether the camera may be fitted from this side.
+    pub(crate) fn may_look_from(&self, side: CameraFit) -> bool {
+        self.position.is_none() && self.fit.is_none_or(|fit| fit == side)
     }
 
     /// The camera with nothing left out.

@@ -3,7 +3,10 @@
 use tetrascope_core::view::{BLACK, TRANSPARENT};
 use tetrascope_core::{Appearance, Error, View, Volume};
 
-use crate::{AppearanceSpec, CameraSpec, ImageSpec, SCENE_VERSION, SceneFile, VolumeSource};
+use crate::subject::Subject;
+use crate::{
+    AppearanceSpec, CameraSpec, ImageSpec, SCENE_VERSION, SceneFile, Survey, VolumeSource,
+};
 
 /// Pixels a side unless the scene says otherwise.
 const DEFAULT_SIZE: u32 = 512;
@@ -29,6 +32,25 @@ impl SceneFile {
     /// [`Error::Scene`] for parts that exclude each other, [`Error::Invalid`] for values that
     /// make no sense, and for a field without a finite value where it decides something.
     pub fn resolve(&self, volume: &Volume) -> Result<Scene, Error> {
+        self.resolve_for(volume)
+    }
+
+    /// Completes the scene for all volumes of a survey that was made for it, as
+    /// [`SceneFile::resolve`] would for one that holds them all: their pictures have one camera
+    /// and one transfer function.
+    ///
+    /// # Errors
+    /// As [`SceneFile::resolve`].
+    pub fn resolve_for_all(&self, survey: &Survey) -> Result<Scene, Error> {
+        self.resolve_for(survey)
+    }
+
+    /// Whether camera and appearance leave nothing out that is chosen from the volume.
+    pub fn is_complete(&self) -> bool {
+        self.camera.is_complete() && self.appearance.is_complete()
+    }
+
+    fn resolve_for(&self, volume: &dyn Subject) -> Result<Scene, Error> {
         let mut defaults = Vec::new();
         let view = self.view(volume, &mut defaults)?;
         view.validate()?;
@@ -42,16 +64,10 @@ impl SceneFile {
         })
     }
 
-    fn view(&self, volume: &Volume, defaults: &mut Vec<String>) -> Result<View, Error> {
+    fn view(&self, volume: &dyn Subject, defaults: &mut Vec<String>) -> Result<View, Error> {
         let model = self.appearance.model();
         let image = &self.image;
-        let (width, height) = match (image.width, image.height) {
-            (None, None) => (DEFAULT_SIZE, DEFAULT_SIZE),
-            (w, h) => (
-                w.or(h).unwrap_or(DEFAULT_SIZE),
-                h.or(w).unwrap_or(DEFAULT_SIZE),
-            ),
-        };
+        let (width, height) = image.size();
         let background = image.background.unwrap_or_else(|| {
             if model.only_adds_light() {
                 defaults.push(format!(
@@ -71,6 +87,18 @@ impl SceneFile {
             height,
             background,
         })
+    }
+}
+
+impl ImageSpec {
+    /// Width and height: a square where one is left out.
+    pub(crate) fn size(&self) -> (u32, u32) {
+        let (width, height) = (self.width, self.height);
+        let [width, height] = [width.or(height), height.or(width)];
+        (
+            width.unwrap_or(DEFAULT_SIZE),
+            height.unwrap_or(DEFAULT_SIZE),
+        )
     }
 }
 

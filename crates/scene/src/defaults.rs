@@ -4,7 +4,7 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::transfer_function::{MAX_OPACITY, OpacityRamp};
 use tetrascope_core::{CameraFit, Error, OpticalModel, Volume, number};
 
-use crate::distribution::Distribution;
+use crate::subject::Subject;
 
 /// A picture in which the volume's box covers less of the square around it than this is a
 /// thin line: a box 60 times as long as wide, seen from (1, 1, 1).
@@ -15,6 +15,10 @@ const LINE: f64 = 0.03;
 /// That is (1, 1, 1); but where the volume would be a line, because it is a needle or a
 /// plate seen on edge, the side on which its box fills most of a square.
 pub fn default_side(volume: &Volume) -> (CameraFit, Option<&'static str>) {
+    side_of(volume)
+}
+
+pub(crate) fn side_of(volume: &dyn Subject) -> (CameraFit, Option<&'static str>) {
     let filled = |fit: CameraFit| filled(&volume.box_axes(), fit);
     let usual = CameraFit::PlusIso;
     let is_line = filled(usual) < LINE; // not if it is NaN, as of a volume without extent
@@ -62,7 +66,7 @@ struct Chords {
 }
 
 /// `None` for a volume without extent in some direction.
-fn chords(volume: &Volume, forward: DVec3) -> Option<Chords> {
+fn chords(volume: &dyn Subject, forward: DVec3) -> Option<Chords> {
     let axes = volume.box_axes();
     let size = axes.iter().map(|a| a.length()).fold(0.0, f64::max);
     let axes = axes.map(|axis| axis / size);
@@ -70,14 +74,7 @@ fn chords(volume: &Volume, forward: DVec3) -> Option<Chords> {
     let areas = shadow(&axes, forward);
     // A ray along the box's diagonal leaves by the face that it is steepest to.
     let longest = content / areas.iter().copied().fold(0.0, f64::max);
-    let filled = match volume {
-        Volume::Mesh(mesh) => {
-            let [x, y, z] = mesh.bounds().size().to_array();
-            mesh.volume() / x / y / z
-        }
-        _ => 1.0,
-    };
-    let mean = content / areas.iter().sum::<f64>() * filled.min(1.0);
+    let mean = content / areas.iter().sum::<f64>() * volume.filled().min(1.0);
     let chords = Chords {
         mean: mean * size,
         longest: longest * size,
@@ -95,6 +92,14 @@ fn chords(volume: &Volume, forward: DVec3) -> Option<Chords> {
 /// depth instead, so there the length of the longest ray keeps the picture from burning out.
 pub fn default_unit_distance(
     volume: &Volume,
+    model: OpticalModel,
+    forward: DVec3,
+) -> (f64, &'static str) {
+    unit_distance_of(volume, model, forward)
+}
+
+pub(crate) fn unit_distance_of(
+    volume: &dyn Subject,
     model: OpticalModel,
     forward: DVec3,
 ) -> (f64, &'static str) {
@@ -143,11 +148,11 @@ pub(crate) struct Suggestion {
 }
 
 /// The range and opacity chosen by the field's values, for a camera that looks along `forward`.
-pub(crate) fn default_ramp(volume: &Volume, forward: DVec3) -> Result<Suggestion, Error> {
+pub(crate) fn default_ramp(volume: &dyn Subject, forward: DVec3) -> Result<Suggestion, Error> {
     let full = full_range(volume)?;
-    let (unit, _) = default_unit_distance(volume, OpticalModel::EmissionAbsorption, forward);
+    let (unit, _) = unit_distance_of(volume, OpticalModel::EmissionAbsorption, forward);
     let mean_chord = chords(volume, forward).map_or(unit, |chords| chords.mean);
-    let distribution = Distribution::of(volume);
+    let distribution = volume.distribution();
     let choice = distribution.choose(mean_chord / unit);
     let choice = choice.ok_or_else(no_finite_value)?;
     let ramp = OpacityRamp {
@@ -203,7 +208,7 @@ pub(crate) fn default_isovalue(ramp: &OpacityRamp) -> f64 {
     }
 }
 
-fn full_range(volume: &Volume) -> Result<(f64, f64), Error> {
+fn full_range(volume: &dyn Subject) -> Result<(f64, f64), Error> {
     volume.scalar_range().ok_or_else(no_finite_value)
 }
 

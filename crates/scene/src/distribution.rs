@@ -183,6 +183,57 @@ impl Distribution {
         Distribution { shares, complete }
     }
 
+    /// That of nothing.
+    pub(crate) fn empty() -> Distribution {
+        Distribution::new(Vec::new(), true)
+    }
+
+    /// Adds the values of another volume, as if it were a part of this one.
+    pub(crate) fn add(&mut self, other: Distribution) {
+        let mut shares = std::mem::take(&mut self.shares);
+        shares.extend(other.shares);
+        *self = Distribution::new(shares, self.complete && other.complete);
+        while self.shares.len() > MOST_PICKED {
+            self.coarsen();
+        }
+    }
+
+    /// How many distinct values are kept.
+    #[cfg(test)]
+    pub(crate) fn len(&self) -> usize {
+        self.shares.len()
+    }
+
+    /// Joins neighbors that are nearer than most: what is far from all others stays so, and
+    /// the least and the greatest value are kept.
+    fn coarsen(&mut self) {
+        let gap = |pair: &[Share]| half_gap(pair[0].value, pair[1].value);
+        let mut gaps: Vec<f64> = self.shares.windows(2).map(gap).collect();
+        let middle = gaps.len() / 2;
+        let (_, median, _) = gaps.select_nth_unstable_by(middle, f64::total_cmp);
+        let (median, last) = (*median, self.shares.len() - 1);
+        let mut joined: Vec<Share> = Vec::with_capacity(self.shares.len());
+        let mut is_joined = false;
+        for (i, share) in self.shares.iter().enumerate() {
+            match joined.last_mut() {
+                Some(before) if !is_joined && half_gap(before.value, share.value) <= median => {
+                    before.count += share.count;
+                    before.volume += share.volume;
+                    if i == last {
+                        before.value = share.value;
+                    }
+                    is_joined = true;
+                }
+                _ => {
+                    joined.push(*share);
+                    is_joined = false;
+                }
+            }
+        }
+        self.shares = joined;
+        self.complete = false;
+    }
+
     /// Adds a value that was not among those looked at.
     fn reach(&mut self, value: f64) {
         let place = self.shares.partition_point(|share| share.value < value);

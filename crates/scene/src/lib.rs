@@ -6,7 +6,8 @@
 //!
 //! Reading order: `file` reads and parses; `source`, `camera` and `appearance` are the
 //! parts of a scene as written; `complete` fills in what they leave out, by `defaults`,
-//! which looks at how the field's values are spread (`distribution`).
+//! which looks at how the field's values are spread (`distribution`). Defaults ask a `subject`,
+//! which is a volume or a [`Survey`] of several.
 //!
 //! ```
 //! use tetrascope_core::glam::DVec3;
@@ -37,6 +38,8 @@ mod distribution;
 mod file;
 mod nearest;
 mod source;
+mod subject;
+mod survey;
 
 pub use appearance::{AppearanceSpec, IsosurfaceSpec};
 pub use camera::{CameraSpec, ProjectionKind};
@@ -45,3 +48,4 @@ pub use defaults::{default_side, default_unit_distance};
 pub use file::{ImageSpec, MAX_SCENE_BYTES, SCENE_VERSION, SceneFile};
 pub use nearest::nearest;
 pub use source::VolumeSource;
+pub use survey::Survey;

@@ -4,10 +4,14 @@ use tetrascope_core::{Error, text};
 use tetrascope_scene::nearest;
 
 /// What the help of a library's error says, and how it is said at the command line.
-const SPELLINGS: [(&str, &str); 6] = [
+const SPELLINGS: [(&str, &str); 7] = [
     ("`dims` and `type`", "--dims 256x256x128 --type u8"),
     ("leave out `solution`", "leave out --solution"),
     ("`solution`", "--solution FILE"),
+    (
+        "draw it as a series",
+        "draw it as a series with `tetrascope render FILE -o frame_%04d.png`",
+    ),
     (
         "choose another field",
         "choose another field with --field; `tetrascope info` lists them",

@@ -82,8 +82,17 @@ pub struct BareMesh {
 /// [`Error::NoSuchField`] with the fields that exist; [`Error::Invalid`] for a
 /// source that names no volume, or two, or options that do not go with it.
 pub fn load(source: &VolumeSource) -> Result<Loaded, Error> {
+    load_step(source, None)
+}
+
+/// As [`load`], for a step of a series that follows `previous`: a mesh of the very same
+/// geometry shares it, so that renderers need only its scalars.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_step(source: &VolumeSource, previous: Option<&Volume>) -> Result<Loaded, Error> {
     match open(source)? {
-        Opened::Mesh(data) => from_mesh(data, source),
+        Opened::Mesh(data) => from_mesh(data, source, previous),
         Opened::Grid(data) => from_grid(data, source),
         Opened::Dataset(name) => from_dataset(name, source),
     }
@@ -97,7 +106,7 @@ pub fn examine(source: &VolumeSource) -> Result<Contents, Error> {
     let loaded = match open(source)? {
         Opened::Mesh(data) => match lacks(&data) {
             Some(why) if source.field.is_none() => return Ok(Contents::Bare(bare(data, why)?)),
-            _ => from_mesh(data, source),
+            _ => from_mesh(data, source, None),
         },
         Opened::Grid(data) => from_grid(data, source),
         Opened::Dataset(name) => from_dataset(name, source),
@@ -338,13 +347,20 @@ fn summaries(data: &MeshData, chosen: Option<usize>) -> Vec<FieldSummary> {
     fields.collect()
 }
 
-fn from_mesh(mut data: MeshData, source: &VolumeSource) -> Result<Loaded, Error> {
+fn from_mesh(
+    mut data: MeshData,
+    source: &VolumeSource,
+    previous: Option<&Volume>,
+) -> Result<Loaded, Error> {
     let (chosen, note) = data.choose(source.field.as_deref())?;
     let mut notes = std::mem::take(&mut data.notes);
     notes.extend(note);
     let files = std::mem::take(&mut data.files);
     let mut fields = summaries(&data, Some(chosen));
-    let mesh = data.into_mesh_of(chosen)?;
+    let mut mesh = data.into_mesh_of(chosen)?;
+    if let Some(Volume::Mesh(previous)) = previous {
+        mesh = mesh.sharing_with(previous);
+    }
     fields[chosen].missing = Some(missing(&mesh.scalars().values));
     Ok(loaded(mesh, notes, fields, files))
 }

@@ -392,3 +392,30 @@ fn bad_cells_are_named() {
     broken.offsets = vec![];
     assert_eq!(error(broken), "2 cells need 3 offsets, there are 0");
 }
+
+#[test]
+fn meshes_that_are_the_same_share_their_geometry() {
+    let mesh = |points: Vec<DVec3>, kind: u8, value: f64| {
+        let scalars = Scalars {
+            name: "s".into(),
+            association: Association::Point,
+            values: vec![value; points.len()],
+        };
+        let corners: &[u64] = match kind {
+            10 => &[0, 1, 2, 5],
+            _ => &[0, 1, 2, 3, 4, 5, 6, 7],
+        };
+        TetMesh::new(points, &cells(&[(kind, corners)]), scalars).expect("a mesh")
+    };
+    let first = mesh(cube(), 12, 1.0);
+    let next = mesh(cube(), 12, 2.0);
+    assert!(!next.shares_geometry(&first));
+    let next = next.sharing_with(&first);
+    assert!(next.shares_geometry(&first));
+    assert_eq!(next.scalars().values, [2.0; 8]);
+    let mut moved = cube();
+    moved[7].x = -0.0; // not the same bits
+    for other in [mesh(moved, 12, 2.0), mesh(cube(), 10, 2.0)] {
+        assert!(!other.sharing_with(&first).shares_geometry(&first));
+    }
+}

@@ -267,3 +267,26 @@ fn numbers_are_an_array_of_rows() {
         write_npy(&path, width, &numbers[..count], &[]).expect_err("no full rows");
     }
 }
+
+#[test]
+fn metadata_are_read_back_of_whole_files_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for extension in FORMATS {
+        let path = folder.path().join("a").with_extension(extension);
+        write_image(&path, &sample(), &metadata()).expect("written");
+        let mut found = read_metadata(&path).expect("it is whole");
+        found.sort();
+        assert_eq!(found, metadata(), "{extension}");
+        let described = match extension {
+            "npy" => sidecar(&path),
+            _ => path.clone(),
+        };
+        let bytes = std::fs::read(&described).expect("it is there");
+        for length in [0, 20, bytes.len() / 2] {
+            std::fs::write(&described, &bytes[..length]).expect("written");
+            read_metadata(&path).expect_err("a part of a file");
+        }
+        std::fs::remove_file(&described).expect("removed");
+        assert!(matches!(read_metadata(&path), Err(Error::Io { .. })));
+    }
+}

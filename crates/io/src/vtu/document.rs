@@ -9,6 +9,7 @@ use tetrascope_core::Error;
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::mesh::Association;
 
+use crate::collection::AS_A_SERIES;
 use crate::fields::MOST_COMPONENTS;
 use crate::grid::number::Number;
 use crate::source::{Endian, Source};
@@ -138,7 +139,7 @@ pub(super) struct Document<'a> {
 }
 
 /// Names without regard to case: `Format` has been seen for `format`.
-type Attributes = HashMap<String, String>;
+pub(crate) type Attributes = HashMap<String, String>;
 
 impl<'a> Document<'a> {
     /// Reads the XML up to the appended data, which need not be XML at all.
@@ -389,6 +390,14 @@ impl<'a> Parser<'a> {
         let kind = get("type").unwrap_or("UnstructuredGrid");
         if kind != "UnstructuredGrid" && kind != "ImageData" {
             if let Some((first, files)) = listed_files(&self.source.bytes) {
+                if kind == "Collection" {
+                    return refuse(
+                        format!(
+                            "the file lists {files} files of a series, the first of them '{first}'"
+                        ),
+                        AS_A_SERIES,
+                    );
+                }
                 return refuse(
                     format!(
                         "the file holds a {kind}, which only lists {files} other files, the first of them '{first}'"
@@ -525,7 +534,12 @@ impl<'a> Parser<'a> {
     }
 }
 
-fn attributes(source: &Source, element: &BytesStart, place: usize) -> Result<Attributes, Error> {
+/// The attributes of an element at byte `place`.
+pub(crate) fn attributes(
+    source: &Source,
+    element: &BytesStart,
+    place: usize,
+) -> Result<Attributes, Error> {
     element
         .attributes()
         .map(|attribute| {
@@ -565,7 +579,7 @@ fn listed_files(bytes: &[u8]) -> Option<(String, usize)> {
 }
 
 /// "line 3, column 7" of a byte offset.
-fn line(text: &str, offset: usize) -> String {
+pub(crate) fn line(text: &str, offset: usize) -> String {
     let before = &text.as_bytes()[..offset.min(text.len())];
     let lines = before.iter().filter(|&&b| b == b'\n').count();
     let column = before.iter().rev().take_while(|&&b| b != b'\n').count();

@@ -17,7 +17,7 @@ const WINDOWS_1252: [u16; 32] = [
 ///
 /// # Errors
 /// XML that is neither UTF-8 nor in an encoding that it declares and that is known here.
-pub(super) fn to_utf8(source: Source) -> Result<Source, Error> {
+pub(crate) fn to_utf8(source: Source) -> Result<Source, Error> {
     let bytes = source.bytes.as_slice();
     let (head, tail) = bytes.split_at(find(bytes, b"<AppendedData").unwrap_or(bytes.len()));
     let Err(error) = std::str::from_utf8(head) else {

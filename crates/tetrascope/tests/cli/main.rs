@@ -8,4 +8,5 @@ mod pictures;
 mod program;
 #[cfg(feature = "resample")]
 mod resampling;
+mod series;
 mod usage;

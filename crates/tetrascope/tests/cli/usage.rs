@@ -74,11 +74,12 @@ fn wrong_usage_has_its_own_code() {
 }
 
 /// Options with a value, each with values that are wrong.
-const WRONG_VALUES: [(&str, &[&str]); 20] = [
+const WRONG_VALUES: [(&str, &[&str]); 21] = [
     ("--algorithm", &["", "refrence"]),
     ("--set", &["a=b", "a", "="]),
     ("--output", &["a.jpg", "a"]),
     ("--threads", &["0", "-1", "1025", "x"]),
+    ("--steps", &["", "3", "4..3", "a..b", "1..2"]), // the last: not of a data set
     ("--model", &["glow", ""]),
     (
         "--size",
@@ -145,8 +146,10 @@ const WRONG_RAW_VALUES: [(&str, &[&str]); 3] = [
 /// Options whose value is a name of the user's: any is right in itself.
 const NAMES: [&str; 3] = ["--solution", "--field", "--scene"];
 /// Options without a value.
-const FLAGS: [&str; 6] = [
+const FLAGS: [&str; 8] = [
     "--orthographic",
+    "--resume",
+    "--each-step",
     "--json",
     "--quiet",
     "--verbose",

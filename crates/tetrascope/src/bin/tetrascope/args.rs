@@ -32,6 +32,7 @@ Examples:
   tetrascope render head.nii.gz --range 100,400
   tetrascope render head.raw --dims 256x256x93 --type i16 --spacing 1,1,1.5
   tetrascope render mesh.vtu --camera fit+x --colormap inferno --size 800x600
+  tetrascope render 'step_*.vtu' -o frame_%04d.png
   tetrascope resample mesh.vtu --dims 256 --all-fields -o grid.vti
   tetrascope slice mesh.vtu --plane 0,0,0,1,1,0 -o slice.png
   tetrascope print-scene mesh.vtu > scene.toml
@@ -101,20 +102,41 @@ pub(crate) struct RenderArgs {
     /// A quality setting of the algorithm; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// Where to write: .png (sRGB), .exr or .npy (linear floats) [default: NAME.png here]
+    /// Where to write: .png (sRGB), .exr or .npy (linear floats) [default: NAME.png here];
+    /// for a series with %d or %04d, the step's number from 0
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) series: SeriesArgs,
     /// CPU threads [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
 }
 
+/// Which frames of a series, and what they share.
+#[derive(Args)]
+pub(crate) struct SeriesArgs {
+    /// Leave out frames that are there already, to go on after an interruption
+    #[arg(long, help_heading = SERIES)]
+    pub(crate) resume: bool,
+    /// Draw these steps alone, the last one too; what frames share is still that of all
+    #[arg(long, value_name = "FIRST..LAST", value_parser = step_range, help_heading = SERIES)]
+    pub(crate) steps: Option<(usize, usize)>,
+    /// Choose range, camera and the like for each step, not once for all
+    #[arg(long, help_heading = SERIES)]
+    pub(crate) each_step: bool,
+}
+
+/// The heading of options for series of files.
+const SERIES: &str = "Series";
+
 /// A volume and how it looks. Options override the scene file.
 #[derive(Args)]
 pub(crate) struct SceneArgs {
-    /// A file with a mesh or a grid, or a data set's name
+    /// A file with a mesh or a grid, or a data set's name; for a series, several files, a
+    /// quoted pattern such as 'step_*.vtu', or a .pvd or .series file
     #[arg(value_name = "FILE|DATASET", required_unless_present = "scene")]
-    pub(crate) volume: Option<PathBuf>,
+    pub(crate) volume: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) options: VolumeArgs,
     /// A scene file, TOML or JSON; paths in it start at its folder
@@ -284,6 +306,20 @@ pub(crate) struct VolumeArgs {
 
 /// The heading of options that say what is in a file of samples alone.
 const RAW: &str = "Raw files";
+
+/// `3..10`, and each end may be left out.
+fn step_range(text: &str) -> Result<(usize, usize), String> {
+    let number = |text: &str, otherwise| match text {
+        "" => Some(otherwise),
+        text => text.parse().ok(),
+    };
+    let range = text
+        .split_once("..")
+        .and_then(|(first, last)| Some((number(first, 0)?, number(last, usize::MAX)?)));
+    range
+        .filter(|(first, last)| first <= last)
+        .ok_or_else(|| "give the first and the last step's number, such as 3..10".into())
+}
 
 fn models() -> impl clap::builder::TypedValueParser<Value = OpticalModel> {
     PossibleValuesParser::new(OpticalModel::ALL.map(OpticalModel::name)).map(|name| {
@@ -501,6 +537,12 @@ mod tests {
         }
         assert_eq!(dims("2x30x4"), Ok([2, 30, 4]));
         assert!(dims("2x3").is_err() && dims("2x3x-4").is_err() && dims("a").is_err());
+        assert_eq!(step_range("3..10"), Ok((3, 10)));
+        assert_eq!(step_range("3.."), Ok((3, usize::MAX)));
+        assert_eq!(step_range("..4"), Ok((0, 4)));
+        for wrong in ["", "3", "4..3", "a..b", "-1..2", "1...2"] {
+            assert!(step_range(wrong).is_err(), "{wrong}");
+        }
         assert_eq!(vector("1,-2,0.5"), Ok(DVec3::new(1.0, -2.0, 0.5)));
         assert!(vector("1,2").is_err());
         assert_eq!(range("-1,2.5"), Ok([-1.0, 2.5]));

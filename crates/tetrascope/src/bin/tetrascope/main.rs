@@ -1,7 +1,8 @@
 //! The command line of Tetrascope.
 //!
 //! [`args`] says what can be typed; one module each runs `render`, `info` and the
-//! lists; [`scene`] makes a scene from options; [`output`] is all that is printed:
+//! lists; [`scene`] makes a scene from options; [`series`] draws several files as `render` does one;
+//! [`output`] is all that is printed:
 //! results on stdout, everything else on stderr.
 
 mod args;
@@ -13,6 +14,7 @@ mod render;
 #[cfg(feature = "resample")]
 mod resample;
 mod scene;
+mod series;
 #[cfg(feature = "resample")]
 mod slice;
 
@@ -63,6 +65,11 @@ fn main() -> ExitCode {
 fn end(stop: Stop, output: &Output) -> ExitCode {
     match stop {
         Stop::ClosedPipe => ExitCode::SUCCESS,
+        Stop::Step(step) => {
+            let code = exit_code(step.error.kind());
+            output.error_in(&step, code);
+            ExitCode::from(code)
+        }
         Stop::Error(error) => {
             let code = exit_code(error.kind());
             output.error(&error, code);

@@ -9,6 +9,7 @@ use std::io::{self, IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -23,8 +24,19 @@ use crate::args::Global;
 pub(crate) enum Stop {
     /// Something is wrong.
     Error(Error),
+    /// Something is wrong with a step of a series.
+    Step(Box<StepError>),
     /// Whoever read stdout, such as `head`, has enough; that is no error.
     ClosedPipe,
+}
+
+/// An error in a step of a series.
+pub(crate) struct StepError {
+    pub(crate) error: Error,
+    /// The step's file.
+    pub(crate) file: PathBuf,
+    /// What to try beside what the error says.
+    pub(crate) help: Option<&'static str>,
 }
 
 impl From<Error> for Stop {
@@ -139,6 +151,34 @@ impl Output {
         self.help(error);
     }
 
+    /// The error in a step of a series, which ends the command.
+    pub(crate) fn error_in(&self, step: &StepError, code: u8) {
+        let StepError {
+            error,
+            file,
+            help: more,
+        } = step;
+        let message = match error {
+            // These name a file themselves, be it another.
+            Error::Io { .. } | Error::Format { .. } => error.to_string(),
+            _ => format!(
+                "{error}, in {}",
+                clip(&file.to_string_lossy(), LONGEST_PATH)
+            ),
+        };
+        let helps = help(error).into_iter().chain(more.map(String::from));
+        let helps: Vec<String> = helps.collect();
+        let help = (!helps.is_empty()).then(|| helps.join("; "));
+        if self.json {
+            self.stderr(json_line(code, &message, help));
+            return;
+        }
+        self.stderr(format_args!("{} {message}", self.paint("31", "error:")));
+        if let Some(help) = help {
+            self.stderr(format_args!("  help: {help}"));
+        }
+    }
+
     fn help(&self, error: &Error) {
         if let Some(help) = help(error) {
             self.stderr(format_args!("  help: {help}"));
@@ -187,6 +227,30 @@ impl Output {
         }))
     }
 
+    /// Begins work on so many steps of a series.
+    ///
+    /// A terminal shows one bar over all of them.
+    pub(crate) fn watch(&self, count: usize) -> Watch<'_> {
+        if let Some(bar) = &self.bar {
+            bar.reset();
+            bar.set_length(Watch::PARTS * count as u64);
+            bar.set_style(style("{msg} {bar:30} {percent} % ({elapsed}, {eta} left)"));
+            bar.enable_steady_tick(Duration::from_millis(100));
+        }
+        Watch {
+            output: self,
+            done: Arc::default(),
+        }
+    }
+
+    /// Prints without disturbing the bar.
+    fn beside_bar<T>(&self, print: impl FnOnce() -> T) -> T {
+        match &self.bar {
+            Some(bar) => bar.suspend(print),
+            None => print(),
+        }
+    }
+
     fn paint(&self, sgr: &str, word: &str) -> String {
         if self.color() {
             format!("\x1b[1;{sgr}m{word}\x1b[0m")
@@ -201,12 +265,82 @@ impl Output {
     }
 }
 
+/// What is shown of the work on the steps of a series.
+pub(crate) struct Watch<'a> {
+    output: &'a Output,
+    done: Arc<AtomicU64>,
+}
+
+impl Watch<'_> {
+    /// Of the bar for each step.
+    const PARTS: u64 = 1000;
+
+    /// Says at what work is.
+    pub(crate) fn begin(&self, what: &str) {
+        if let Some(bar) = &self.output.bar {
+            bar.set_message(clip(what, LONGEST_PATH).into_owned());
+        }
+    }
+
+    /// Says that a step is done.
+    pub(crate) fn end(&self) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Some(bar) = &self.output.bar {
+            bar.set_position(Self::PARTS * done);
+        }
+    }
+
+    /// Prints a line for whoever watches where there is no bar.
+    pub(crate) fn line(&self, text: impl Display) {
+        match self.output.bar {
+            Some(_) => self.detail(text),
+            None => self.output.note(text),
+        }
+    }
+
+    /// As [`Output::note`].
+    pub(crate) fn note(&self, text: impl Display) {
+        self.output.beside_bar(|| self.output.note(text));
+    }
+
+    /// As [`Output::detail`].
+    pub(crate) fn detail(&self, text: impl Display) {
+        self.output.beside_bar(|| self.output.detail(text));
+    }
+
+    /// As [`Output::written`].
+    pub(crate) fn written(&self, path: &Path) -> Result<(), Stop> {
+        self.output.beside_bar(|| self.output.written(path))
+    }
+
+    /// Moves the bar within a step, if there is one.
+    pub(crate) fn progress(&self) -> Option<Progress> {
+        let bar = self.output.bar.clone()?;
+        let done = self.done.clone();
+        Some(Arc::new(move |share: f64| {
+            let part = (share * Self::PARTS as f64) as u64;
+            bar.set_position(Self::PARTS * done.load(Ordering::Relaxed) + part);
+        }))
+    }
+}
+
+impl Drop for Watch<'_> {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.output.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).expect("the template is valid")
 }
 
 /// The most characters of a line: names are shorter, lists of counts are not.
 const LONGEST_LINE: usize = 800;
+
+/// The most characters of a file's path, with what is said of it.
+const LONGEST_PATH: usize = 300;
 
 /// Writes bytes to stdout, with a newline.
 fn print(bytes: &[u8]) -> Result<(), Stop> {

@@ -9,7 +9,7 @@ use sha2::{Digest as _, Sha256};
 use tetrascope::core::{Error, Frame};
 use tetrascope::scene::Scene;
 use tetrascope::volumes::Loaded;
-use tetrascope::{Algorithm, Settings};
+use tetrascope::{Algorithm, Settings, help};
 
 /// A picture and where it comes from.
 pub(crate) struct Picture<'a> {
@@ -47,6 +47,11 @@ fn text<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Er
 }
 
 impl Input {
+    /// Of the file's bytes, hexadecimal.
+    pub(crate) fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
     /// Reads the file once more to name it by its contents.
     pub(crate) fn of(path: &Path) -> Result<Input, Error> {
         let bytes = digest(path).map_err(|source| Error::Io {
@@ -91,8 +96,8 @@ impl Picture<'_> {
         texts.map(|(key, text)| (key.into(), text)).collect()
     }
 
-    /// The same and the times, as JSON.
-    pub(crate) fn report(&self, times: &Times) -> Value {
+    /// The same, the times and why it shows little if so, as JSON.
+    pub(crate) fn report(&self, times: &Times, warning: Option<&Error>) -> Value {
         let settings = self
             .settings
             .iter()
@@ -119,6 +124,7 @@ impl Picture<'_> {
             "defaults": self.scene.defaults,
             "statistics": self.frame.stats,
             "seconds": times,
+            "warnings": warnings(warning),
         })
     }
 
@@ -131,6 +137,14 @@ impl Picture<'_> {
             .map(|(key, value)| format!("{}: {value}", key.replace('_', " ")))
             .collect()
     }
+}
+
+/// Warnings as JSON.
+pub(crate) fn warnings(warning: Option<&Error>) -> Value {
+    let warnings = warning.into_iter();
+    warnings
+        .map(|w| json!({"message": w.to_string(), "help": help(w)}))
+        .collect()
 }
 
 fn digest(path: &Path) -> std::io::Result<[u8; 32]> {

@@ -1,4 +1,4 @@
-//! `render`: a volume to a picture.
+//! `render`: a volume to a picture; of several, [`series`](crate::series) makes as many.
 
 use std::path::PathBuf;
 
@@ -11,12 +11,19 @@ use crate::args::RenderArgs;
 use crate::output::{Output, Stop};
 use crate::picture::{Input, Picture, Times};
 use crate::scene::Request;
+use crate::series::{self, Steps};
 
 pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     // What can be refused at once is refused before the volume is read.
     let algorithm = tetrascope::algorithm(&args.algorithm)?;
     let settings = Settings::parse(algorithm, args.settings.iter().map(String::as_str))?;
-    let request = Request::new(&args.scene)?;
+    if let Some(threads) = args.threads {
+        use_threads(threads.into())?;
+    }
+    if let Some(steps) = Steps::find_for(args)? {
+        return series::run(args, &steps, algorithm, settings, output);
+    }
+    let request = Request::new(&args.scene, args.scene.volume.first())?;
     let path = match &args.output {
         Some(path) => path.clone(),
         None => {
@@ -26,9 +33,6 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
         }
     };
     image::check_path(&path)?;
-    if let Some(threads) = args.threads {
-        use_threads(threads.into())?;
-    }
 
     let (loaded, load) = request.load(output)?;
     let inputs = loaded.files.iter().map(|path| Input::of(path));
@@ -78,23 +82,20 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     if !output.json() {
         return output.written(&path);
     }
-    let mut report = picture.report(&Times {
+    let times = Times {
         load,
         prepare,
         render,
         write,
-    });
+    };
+    let mut report = picture.report(&times, warning.as_ref());
     report["output"] = json!(path.to_string_lossy());
-    let warnings = warning
-        .iter()
-        .map(|w| json!({"message": w.to_string(), "help": tetrascope::help(w)}));
-    report["warnings"] = warnings.collect();
     output.json_result(&report)
 }
 
 /// Memory for a pixel of any algorithm's picture, at least: the frame with its depths, and the
 /// file as it is and packed.
-const BYTES_PER_PIXEL: u64 = 16 + 4 + 16 + 16;
+pub(crate) const BYTES_PER_PIXEL: u64 = 16 + 4 + 16 + 16;
 
 fn use_threads(count: usize) -> Result<(), Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count);

@@ -13,8 +13,10 @@ use tetrascope::volumes::{self, Loaded};
 
 use crate::args::{SceneArgs, VolumeArgs};
 use crate::output::{Output, Stop};
+use crate::series::{self, Steps};
 
 /// A scene that is asked for, before its volume is there.
+#[derive(Clone)]
 pub(crate) struct Request {
     /// What the scene file or the data set says, changed by the options.
     pub(crate) file: SceneFile,
@@ -26,9 +28,17 @@ pub(crate) struct Request {
 
 /// Prints the complete scene.
 pub(crate) fn run(args: &SceneArgs, output: &Output) -> Result<(), Stop> {
-    let request = Request::new(args)?;
-    let (loaded, _) = request.load(output)?;
-    let scene = request.resolve(&loaded.volume, output)?;
+    let scene = match Steps::find(&args.volume)? {
+        Some(steps) => {
+            let request = Request::new(args, Some(&steps.first().file))?;
+            series::Common::find(&request, &steps, output)?.scene
+        }
+        None => {
+            let request = Request::new(args, args.volume.first())?;
+            let (loaded, _) = request.load(output)?;
+            request.resolve(&loaded.volume, output)?
+        }
+    };
     if output.json() {
         let value = serde_json::to_value(scene.to_file()).expect("a scene is JSON");
         return output.json_result(&value);
@@ -37,8 +47,9 @@ pub(crate) fn run(args: &SceneArgs, output: &Output) -> Result<(), Stop> {
 }
 
 impl Request {
-    /// Reads the scene file, if any, and applies the options.
-    pub(crate) fn new(args: &SceneArgs) -> Result<Request, Error> {
+    /// Reads the scene file, if any, and applies the options and the `volume` that is named
+    /// beside it.
+    pub(crate) fn new(args: &SceneArgs, volume: Option<&PathBuf>) -> Result<Request, Error> {
         let mut request = Request {
             file: SceneFile::new(VolumeSource::default()),
             origin: args.scene.clone(),
@@ -47,7 +58,7 @@ impl Request {
         if let Some(path) = &args.scene {
             request.file = SceneFile::read(path)?;
         }
-        let given = source(args.volume.as_deref(), &args.options)?;
+        let given = source(volume.map(PathBuf::as_path), &args.options)?;
         if given.file.is_some() || given.dataset.is_some() {
             match (&given.dataset, &args.scene) {
                 (Some(name), None) => request.file = volumes::scene(datasets::find(name)?),
@@ -136,17 +147,20 @@ impl Request {
 
     /// Completes the scene for `volume`; prints what was chosen.
     pub(crate) fn resolve(&self, volume: &Volume, output: &Output) -> Result<Scene, Error> {
-        let mut scene = self
-            .file
-            .resolve(volume)
-            .map_err(|error| self.in_scene(error))?;
+        let scene = self.complete(self.file.resolve(volume))?;
+        for line in &scene.defaults {
+            output.note(format_args!("  {line}"));
+        }
+        Ok(scene)
+    }
+
+    /// What became of completing this scene, in words of the command line.
+    pub(crate) fn complete(&self, scene: Result<Scene, Error>) -> Result<Scene, Error> {
+        let mut scene = scene.map_err(|error| self.in_scene(error))?;
         for line in &mut scene.defaults {
             *line = with_option(line);
         }
         scene.defaults.splice(0..0, self.notes.iter().cloned());
-        for line in &scene.defaults {
-            output.note(format_args!("  {line}"));
-        }
         Ok(scene)
     }
 
