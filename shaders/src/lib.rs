@@ -368,10 +368,26 @@ pub mod resample {
         "resample/put_counted.wgsl",
         "resample/fill.wgsl",
     );
+    /// The triangles of every cell, as published.
+    pub const ELEMENTS: &str = program!(
+        "common/sides.wgsl",
+        "resample/mesh.wgsl",
+        "resample/element.wgsl",
+        "resample/triangles.wgsl",
+        "resample/elements.wgsl",
+    );
+    /// Those that a slab meets.
+    pub const ACTIVE: &str = program!("resample/element.wgsl", "resample/active.wgsl");
+    /// Their cross sections with a slice.
+    pub const SECTION: &str = program!(
+        "resample/mesh.wgsl",
+        "resample/element.wgsl",
+        "resample/section.wgsl",
+    );
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 40] = [
+pub const PROGRAMS: [(&str, &str); 43] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -402,6 +418,9 @@ pub const PROGRAMS: [(&str, &str); 40] = [
     ("resample::ARRANGE", resample::ARRANGE),
     ("resample::FILL", resample::FILL),
     ("resample::FILL_COUNTED", resample::FILL_COUNTED),
+    ("resample::ELEMENTS", resample::ELEMENTS),
+    ("resample::ACTIVE", resample::ACTIVE),
+    ("resample::SECTION", resample::SECTION),
     ("raycast_peel::MARCH", raycast_peel::MARCH),
     ("raycast_peel::AIM", raycast_peel::AIM),
     ("raycast_peel::PEEL", raycast_peel::PEEL),

@@ -3,7 +3,6 @@
 use tetrascope_core::Error;
 use tetrascope_core::grid::Lattice;
 use tetrascope_gpu::Gpu;
-use tetrascope_gpu::memory::{TEXELS_PER_ROW, texture_bytes};
 use tetrascope_gpu::passes::{READ, WRITE, group};
 use tetrascope_gpu::pipelines::{ComputeProgram, Constant};
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
@@ -13,6 +12,7 @@ use tetrascope_shaders::resample::{ARRANGE, FILL, FILL_COUNTED};
 
 use crate::gpu_data::Work;
 use crate::placed::{Placed, along};
+use crate::tables::{TABLE, Table, grown, holds};
 
 const LABEL: &str = "resample::direct";
 
@@ -22,7 +22,8 @@ const THREADS: u32 = 64;
 /// Bytes of zeros that clear a texture part by part.
 const ZEROS: u64 = 1 << 20;
 
-/// How work is divided, which changes nothing in the samples; tests try other numbers.
+/// How work is divided, which changes nothing in the samples, and what follows from the device;
+/// tests try other numbers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tuning {
     /// Passes of loops that one invocation takes for a cell, at most [`RESAMPLE_PASSES`]; cells of
@@ -32,6 +33,10 @@ pub(crate) struct Tuning {
     pub(crate) side: u32,
     /// Whether to count how often each sample is written.
     pub(crate) counted: bool,
+    /// Whether fragments of 32-bit floats can be added to a target.
+    pub(crate) adds: bool,
+    /// How far rasterizers may round a vertex, in pixels; `ROUNDED` of `section.wgsl`.
+    pub(crate) rounded: f64,
 }
 
 impl Tuning {
@@ -46,6 +51,8 @@ impl Tuning {
             small,
             side: RESAMPLE_SIDE,
             counted: false,
+            adds: gpu.features().contains(wgpu::Features::FLOAT32_BLENDABLE),
+            rounded: 1.0 / 256.0,
         }
     }
 }
@@ -293,8 +300,11 @@ impl Direct {
     /// Bytes of buffers, the mesh among them.
     pub(crate) fn bytes(&self) -> u64 {
         let b = &self.buffers;
-        let tables = texture_bytes(&b.vertices.0) + texture_bytes(&b.cells.0);
-        tables + b.cell_scalars.size() + b.lists.size() + self.zeros.size()
+        b.vertices.bytes()
+            + b.cells.bytes()
+            + b.cell_scalars.size()
+            + b.lists.size()
+            + self.zeros.size()
     }
 
     /// How often each sample was written.
@@ -317,17 +327,7 @@ impl Buffers {
     ) -> Result<Buffers, Error> {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let buffer = |label: &str, count: usize, bytes: usize, old: Option<&wgpu::Buffer>| {
-            let needed = count.max(1) as u64 * bytes as u64;
-            match old {
-                Some(old) if old.size() >= needed => Ok(old.clone()),
-                // Meshes that change grow by a little many times.
-                Some(old) if old.size() > bytes as u64 => {
-                    let roomy = needed + needed / 4;
-                    gpu.buffer(label, roomy, usage)
-                        .or_else(|_| gpu.buffer(label, needed, usage))
-                }
-                _ => gpu.buffer(label, needed, usage),
-            }
+            grown(gpu, label, (count, bytes), usage, old)
         };
         let vertices = Table::new(
             gpu,
@@ -347,7 +347,7 @@ impl Buffers {
             let bytes = size_of::<Work>() as u64;
             let work = gpu.buffer("resample::work", bytes, usage)?;
             gpu.checked(LABEL, 0, || {
-                let views = [&vertices, &cells].map(|t| t.0.create_view(&Default::default()));
+                let views = [&vertices, &cells].map(Table::view);
                 let [vertices, cells] = &views;
                 let resources = [
                     work.as_entire_binding(),
@@ -375,77 +375,12 @@ impl Buffers {
     }
 
     fn fit(&self, [vertices, cells, cell_scalars]: [usize; 3]) -> bool {
-        let holds = |buffer: &wgpu::Buffer, count: usize, bytes: usize| {
-            buffer.size() >= count as u64 * bytes as u64
-        };
         self.vertices.texels() >= 2 * vertices as u64
             && self.cells.texels() >= cells as u64
-            && holds(&self.lists, cells, 8)
-            && holds(&self.cell_scalars, cell_scalars, 4)
+            && holds(&self.lists, (cells, 8))
+            && holds(&self.cell_scalars, (cell_scalars, 4))
     }
 }
-
-/// Texels of four 32-bit numbers, [`TEXELS_PER_ROW`] in each row.
-#[derive(Debug)]
-struct Table(wgpu::Texture);
-
-impl Table {
-    /// One of at least `texels` texels: `old` if it has them.
-    fn new(gpu: &Gpu, label: &str, texels: usize, old: Option<&Table>) -> Result<Table, Error> {
-        let texels = texels as u64;
-        let made = |texels: u64| {
-            let rows = texels.div_ceil(TEXELS_PER_ROW.into()).max(1);
-            let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-            // What does not fit is refused with the texture.
-            let rows = rows.min(u32::MAX.into()) as u32;
-            gpu.texture(label, (TEXELS_PER_ROW, rows), TABLE_FORMAT, usage)
-        };
-        match old {
-            Some(old) if old.texels() >= texels => Ok(Table(old.0.clone())),
-            // Meshes that change grow by a little many times.
-            Some(_) => made(texels + texels / 4)
-                .or_else(|_| made(texels))
-                .map(Table),
-            None => made(texels).map(Table),
-        }
-    }
-
-    fn texels(&self) -> u64 {
-        u64::from(self.0.width()) * u64::from(self.0.height())
-    }
-
-    /// Writes texels from the first on.
-    fn write(&self, gpu: &Gpu, bytes: &[u8]) -> Result<(), Error> {
-        let row = 16 * TEXELS_PER_ROW as usize;
-        let (rows, last) = bytes.split_at(bytes.len() - bytes.len() % row);
-        let write = |y: usize, width: usize, bytes: &[u8]| match bytes.is_empty() {
-            true => Ok(()),
-            false => {
-                let size = wgpu::Extent3d {
-                    width: width as u32,
-                    height: (bytes.len() / (16 * width)) as u32,
-                    depth_or_array_layers: 1,
-                };
-                let origin = wgpu::Origin3d {
-                    y: y as u32,
-                    ..Default::default()
-                };
-                gpu.write_texels(&self.0, origin, size, bytes)
-            }
-        };
-        write(0, TEXELS_PER_ROW as usize, rows)?;
-        write(rows.len() / row, last.len() / 16, last)
-    }
-}
-
-const TABLE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
-
-/// A table that shaders read.
-const TABLE: wgpu::BindingType = wgpu::BindingType::Texture {
-    sample_type: wgpu::TextureSampleType::Uint,
-    view_dimension: wgpu::TextureViewDimension::D2,
-    multisampled: false,
-};
 
 /// The parts of a grid that are filled one by one, of at most [`RESAMPLE_SIDE`] samples along
 /// each axis; nearly always one.

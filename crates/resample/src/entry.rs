@@ -8,7 +8,9 @@ use tetrascope_slicing::{
     Integration, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, Slicing, SlicingOptions,
 };
 
-use crate::options::{MAX_SAMPLES, MIN_SAMPLES, Passes, ResamplerOptions, ResamplingOptions};
+use crate::options::{
+    MAX_SAMPLES, MIN_SAMPLES, Passes, ResamplerOptions, ResamplingOptions, WEIGHTS,
+};
 use crate::placed::check_volume;
 use crate::{NAME, renamed};
 
@@ -24,8 +26,18 @@ pub const ENTRY: Entry = Entry {
     settings: &[
         Setting::integer("samples", [MIN_SAMPLES as i64, MAX_SAMPLES as i64], "128")
             .about("samples along the longest axis of the mesh, about as far apart along others"),
-        Setting::choice("passes", &words(&Passes::ALL), "direct")
-            .about("how the samples in a cell are found"),
+        Setting::choice("passes", &words(&Passes::ALL), "direct").about(
+            "how the samples in a cell are found: computed, or drawn as published with \
+                    textures of weights, in two passes or one",
+        ),
+        Setting::integer(
+            "weights",
+            [*WEIGHTS.start() as i64, *WEIGHTS.end() as i64],
+            "256",
+        )
+        .about("texels along each axis of these textures, an even number"),
+        Setting::integer("slabs", [1, MAX_SAMPLES as i64], "40")
+            .about("parts of the grid that have lists of the cells in them, where they are drawn"),
         Setting::number("slices", [MIN_SLICES_PER_VOXEL, MAX_SLICES_PER_VOXEL], "2")
             .about("slices on the shortest way between two samples, at least"),
         Setting::choice("integration", &words(&Integration::ALL), "slabs").about(
@@ -47,7 +59,12 @@ pub const ENTRY: Entry = Entry {
             without: Some("samples=64,slices=16"),
         },
         Source {
-            name: "both",
+            name: "weights alone",
+            with: "samples=64,passes=two,weights=32",
+            without: Some("samples=64"),
+        },
+        Source {
+            name: "samples and slices",
             with: "samples=64",
             without: None,
         },
@@ -56,6 +73,7 @@ pub const ENTRY: Entry = Entry {
     counters: crate::counters::ALL,
     supports: |volume, appearance, view, settings| {
         let options = ResamplingOptions::from_settings(settings);
+        options.resampler.validate()?;
         let lattice = options.lattice(mesh_of(volume)?)?;
         let texels = Texels::Covered;
         Slicing::supports_device(&lattice, texels, appearance, view, &options.slicing())
@@ -81,6 +99,9 @@ fn sweep(_: OpticalModel) -> &'static [&'static str] {
         "samples=32",
         "samples=64",
         "samples=64,slices=16",
+        "samples=64,passes=two,weights=32",
+        "samples=64,passes=two",
+        "samples=64,passes=one",
         "samples=128",
         "samples=256",
     ]
@@ -95,6 +116,8 @@ impl ResamplingOptions {
             domain: None,
             resampler: ResamplerOptions {
                 passes: settings.choice("passes", &Passes::ALL),
+                weights: settings.integer("weights") as u32,
+                slabs: settings.integer("slabs") as u32,
             },
             slicing: SlicingOptions {
                 slices_per_voxel: settings.number("slices"),

@@ -30,16 +30,48 @@ pub(crate) struct Work {
     pub(crate) padding_too: u32,
 }
 
+/// The mirror of `Element` in `element.wgsl`, where each field is explained.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(crate) struct Element {
+    pub(crate) center: [f32; 2],
+    pub(crate) scale: f32,
+    pub(crate) fan: u32,
+    pub(crate) front: [f32; 2],
+    pub(crate) back: [f32; 2],
+    pub(crate) range: [f32; 2],
+}
+
+/// The mirror of `Step` in `element.wgsl`, where each field is explained.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct Step {
+    pub(crate) first: i32,
+    pub(crate) end: i32,
+    pub(crate) slab: u32,
+    pub(crate) padding: u32,
+}
+
+/// The mirror of `Draw` in `active.wgsl`, where each field is explained.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub(crate) struct Draw {
+    pub(crate) vertices: u32,
+    pub(crate) elements: u32,
+    pub(crate) first_vertex: u32,
+    pub(crate) first_instance: u32,
+}
+
 #[cfg(test)]
 mod tests {
     use tetrascope_shaders::assert_layout;
-    use tetrascope_shaders::resample::{FILL, FILL_COUNTED};
+    use tetrascope_shaders::resample::{ACTIVE, ELEMENTS, FILL, FILL_COUNTED, SECTION};
 
     use super::*;
 
     #[test]
     fn structs_have_the_layout_of_their_twins() {
-        for program in [FILL, FILL_COUNTED] {
+        for program in [FILL, FILL_COUNTED, ELEMENTS, SECTION] {
             assert_layout!(
                 program,
                 Vertex {
@@ -65,5 +97,38 @@ mod tests {
                 }
             );
         }
+        for program in [ELEMENTS, ACTIVE, SECTION] {
+            assert_layout!(
+                program,
+                Element {
+                    center,
+                    scale,
+                    fan,
+                    front,
+                    back,
+                    range
+                }
+            );
+        }
+        for program in [ACTIVE, SECTION] {
+            assert_layout!(
+                program,
+                Step {
+                    first,
+                    end,
+                    slab,
+                    padding
+                }
+            );
+        }
+        assert_layout!(
+            ACTIVE,
+            Draw {
+                vertices,
+                elements,
+                first_vertex,
+                first_instance
+            }
+        );
     }
 }

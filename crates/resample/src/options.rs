@@ -1,5 +1,7 @@
 //! How samples are taken, and how they are drawn.
 
+use std::ops::RangeInclusive;
+
 use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, Settings, TetMesh};
 use tetrascope_slicing::{Domain, SlicingOptions};
@@ -20,18 +22,66 @@ pub enum Passes {
     /// weight textures, and no error but that of rounding.
     #[default]
     Direct,
+    /// Cross sections of cells by triangles and two textures of weights, as published: what front
+    /// faces give, and then what back faces add.
+    Two,
+    /// The same in one pass, as published for texture combiners.
+    One,
 }
 
 tetrascope_core::choices! {
-    Passes: "direct" = Direct;
+    Passes: "direct" = Direct, "two" = Two, "one" = One;
 }
 
 /// Options of [`Resampler`](crate::Resampler).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ResamplerOptions {
     /// How the samples in a cell are found.
     pub passes: Passes,
+    /// Width and height of the textures of weights, in texels: an even number from 32 to 1024. A
+    /// scalar is off by at most twice the cell's range divided by it, and by a third of that
+    /// as a rule. Nothing to [`Passes::Direct`].
+    pub weights: u32,
+    /// Parts of the grid along its third axis, from 1 on, each of which has a list of the cells that
+    /// meet it; no more than slices. It changes nothing in the samples. Nothing to
+    /// [`Passes::Direct`].
+    pub slabs: u32,
 }
+
+impl Default for ResamplerOptions {
+    fn default() -> Self {
+        ResamplingOptions::default().resampler
+    }
+}
+
+impl ResamplerOptions {
+    /// # Errors
+    /// A number that is out of range.
+    pub(crate) fn validate(&self) -> Result<(), Error> {
+        let ResamplerOptions {
+            passes: _,
+            weights,
+            slabs,
+        } = *self;
+        let wrong = if !WEIGHTS.contains(&weights) || weights % 2 == 1 {
+            let (least, most) = (WEIGHTS.start(), WEIGHTS.end());
+            format!(
+                "textures of {weights} weights a side; valid are even numbers from {least} to {most}"
+            )
+        } else if slabs == 0 {
+            "no slabs; valid are 1 and more".into()
+        } else {
+            return Ok(());
+        };
+        Err(Error::Usage {
+            what: wrong,
+            help: None,
+        })
+    }
+}
+
+/// Valid sizes of textures of weights.
+pub(crate) const WEIGHTS: RangeInclusive<u32> = 32..=1024;
 
 /// What stands for a sample outside of the mesh in a [`Grid`](tetrascope_core::Grid).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -45,18 +45,17 @@ pub(crate) fn check_volume(mesh: &TetMesh) -> Result<(), Error> {
 }
 
 impl Placed {
-    /// Places `mesh` in `lattice`, which is valid.
+    /// Places `mesh` in `lattice`, which is valid, with `axis` along columns.
     ///
     /// # Errors
     /// A mesh without volume, and one that is too far away, or too large, for its samples.
-    pub(crate) fn new(mesh: &TetMesh, lattice: &Lattice) -> Result<Placed, Error> {
+    pub(crate) fn new(mesh: &TetMesh, lattice: &Lattice, axis: usize) -> Result<Placed, Error> {
         check_volume(mesh)?;
         let from_world = lattice.linear().inverse();
         let farthest = lattice.corners().map(|corner| corner.abs().max_element());
         let farthest = farthest.into_iter().fold(0.0, f64::max);
         let is_finite = from_world.is_finite() && farthest.is_finite();
         let place = |point: DVec3| from_world * (point - lattice.origin);
-        let axis = along(lattice);
         let turn = |v: DVec3| match axis {
             0 => DVec3::new(v.y, v.z, v.x),
             1 => DVec3::new(v.z, v.x, v.y),

@@ -7,8 +7,10 @@ use tetrascope_gpu::memory::{Source, read_back};
 use tetrascope_gpu::{DeviceGrid, Gpu, wgpu};
 
 use crate::direct::{Direct, Tuning};
-use crate::options::{Outside, ResamplerOptions};
-use crate::placed::Placed;
+use crate::options::{Outside, Passes, ResamplerOptions};
+use crate::placed::{Placed, along};
+use crate::slabs::Drawn;
+use crate::textured::Textured;
 
 /// Takes samples of a mesh at the points of a lattice, on the device.
 ///
@@ -20,7 +22,24 @@ pub struct Resampler {
     options: ResamplerOptions,
     tuning: Tuning,
     grid: DeviceGrid,
-    direct: Direct,
+    way: Way,
+}
+
+/// What takes the samples.
+#[derive(Debug)]
+enum Way {
+    Direct(Box<Direct>),
+    Textured(Box<Textured>),
+}
+
+impl Way {
+    /// The axis of the lattice along which columns run, or slices follow each other.
+    fn axis(passes: Passes, lattice: &Lattice) -> usize {
+        match passes {
+            Passes::Direct => along(lattice),
+            Passes::Two | Passes::One => 2,
+        }
+    }
 }
 
 impl Resampler {
@@ -28,7 +47,7 @@ impl Resampler {
     ///
     /// # Errors
     /// What [`Lattice::validate`] refuses, a grid or a mesh that the device does not hold, a
-    /// mesh without volume, and one that is 2³¹ samples or more away.
+    /// mesh without volume, and one that is 2³¹ samples or more away; options out of range.
     pub fn new(
         gpu: &Gpu,
         mesh: &TetMesh,
@@ -45,16 +64,23 @@ impl Resampler {
         options: &ResamplerOptions,
         tuning: Tuning,
     ) -> Result<Resampler, Error> {
+        options.validate()?;
         lattice.validate()?;
-        let placed = Placed::new(mesh, lattice)?;
+        let placed = Placed::new(mesh, lattice, Way::axis(options.passes, lattice))?;
         let grid = DeviceGrid::new(gpu, lattice, Texels::Covered, placed.scalar_range)?;
-        let direct = Direct::new(gpu, &grid, &placed, mesh.tetrahedra(), tuning)?;
+        let cells = mesh.tetrahedra();
+        let way = match options.passes {
+            Passes::Direct => Way::Direct(Direct::new(gpu, &grid, &placed, cells, tuning)?.into()),
+            Passes::Two | Passes::One => {
+                Way::Textured(Textured::new(gpu, &grid, &placed, cells, options, tuning)?.into())
+            }
+        };
         Ok(Resampler {
             gpu: gpu.clone(),
             options: *options,
             tuning,
             grid,
-            direct,
+            way,
         })
     }
 
@@ -80,11 +106,15 @@ impl Resampler {
             *self = Resampler::tuned(gpu, mesh, lattice, options, self.tuning)?;
             return Ok(());
         }
-        let placed = Placed::new(mesh, lattice)?;
+        let axis = Way::axis(self.options.passes, lattice);
+        let placed = Placed::new(mesh, lattice, axis)?;
         let texture = self.grid.texture().clone();
         let range = placed.scalar_range;
         let grid = DeviceGrid::from_texture(texture, lattice, Texels::Covered, range)?;
-        self.direct.upload(&placed, mesh.tetrahedra())?;
+        match &mut self.way {
+            Way::Direct(direct) => direct.upload(&placed, mesh.tetrahedra())?,
+            Way::Textured(textured) => textured.upload(&placed, mesh.tetrahedra())?,
+        }
         self.grid = grid;
         Ok(())
     }
@@ -92,7 +122,10 @@ impl Resampler {
     /// Records the passes that take the samples; the caller submits. Whatever the grid held
     /// before is cleared.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
-        self.direct.record(encoder);
+        match &self.way {
+            Way::Direct(direct) => direct.record(encoder),
+            Way::Textured(textured) => textured.record(encoder),
+        }
     }
 
     /// Takes the samples, and waits until they are there.
@@ -146,9 +179,25 @@ impl Resampler {
         }
     }
 
-    /// Bytes on the device beside the grid's: the mesh, and 8 for each cell to work with.
+    /// How much was drawn by the last [`Resampler::resample`]; `None` for [`Passes::Direct`], which
+    /// draws nothing.
+    ///
+    /// # Errors
+    /// What the device says.
+    pub fn drawn(&self) -> Result<Option<Drawn>, Error> {
+        match &self.way {
+            Way::Direct(_) => Ok(None),
+            Way::Textured(textured) => textured.drawn().map(Some),
+        }
+    }
+
+    /// Bytes on the device beside the grid's: the mesh, and 8 for each cell to work with, or 52
+    /// and two slices or three where cells are drawn.
     pub fn bytes(&self) -> u64 {
-        self.direct.bytes()
+        match &self.way {
+            Way::Direct(direct) => direct.bytes(),
+            Way::Textured(textured) => textured.bytes(),
+        }
     }
 }
 

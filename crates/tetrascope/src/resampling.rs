@@ -93,10 +93,10 @@ impl Sampled {
         gpu: &Gpu,
         loaded: &LoadedFields,
         lattice: &Lattice,
+        options: &ResamplerOptions,
         outside: f32,
         done: impl Fn(f64),
     ) -> Result<Sampled, Error> {
-        let options = ResamplerOptions::default();
         let has_gaps = |field: &Scalars| field.values.iter().any(|value| !is_value(*value));
         // What tells inside from outside has a value everywhere.
         let whole = loaded.fields.iter().any(has_gaps).then(|| Scalars {
@@ -118,7 +118,7 @@ impl Sampled {
                     resampler.reload(&mesh)?;
                     resampler
                 }
-                slot => slot.insert(Resampler::new(gpu, &mesh, lattice, &options)?),
+                slot => slot.insert(Resampler::new(gpu, &mesh, lattice, options)?),
             };
             resampler.resample()?;
             let grid = resampler.read_back(Outside::Uncovered)?;

@@ -11,6 +11,8 @@ use tetrascope_testing::{
 
 use super::*;
 
+mod textured;
+
 /// A lattice of `dims` samples whose first is at `low` and whose last is at `high`.
 fn lattice(dims: [usize; 3], low: DVec3, high: DVec3) -> Lattice {
     let cells = DVec3::from_array(dims.map(|d| (d - 1) as f64));
@@ -65,7 +67,10 @@ fn resampler(gpu: &Gpu, mesh: &TetMesh, lattice: &Lattice, tuning: Tuning) -> Re
 fn taken(made: &Resampler) -> (Vec<[f32; 2]>, Vec<u32>) {
     let gpu = &made.gpu;
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
-    let writes = made.direct.writes();
+    let Way::Direct(direct) = &made.way else {
+        panic!("only these are counted");
+    };
+    let writes = direct.writes();
     let texels = read_back(gpu, &mut encoder, Source::Texture(made.grid.texture()));
     let writes = read_back(gpu, &mut encoder, Source::Buffer(writes, writes.size()));
     gpu.finish(encoder).expect("a copy");
@@ -92,6 +97,8 @@ struct Candidate {
     reach: f64,
     /// How much that changes the scalar.
     slack: f64,
+    /// The difference of the corners' least and greatest.
+    range: f64,
 }
 
 /// A vertex moves by what its distance from a column is rounded by, 2⁻²⁴ of it. A face's crossing
@@ -99,8 +106,9 @@ struct Candidate {
 /// cell's extent.
 const ROUNDING: f64 = 1.0 / (1u64 << 20) as f64;
 
-/// For each sample the cells in which it is, or beside which it is by no more than rounding.
-fn candidates(mesh: &TetMesh, lattice: &Lattice) -> Vec<Vec<Candidate>> {
+/// For each sample the cells in which it is, or beside which it is by no more than rounding and
+/// `beside` samples.
+fn candidates(mesh: &TetMesh, lattice: &Lattice, beside: f64) -> Vec<Vec<Candidate>> {
     let [nx, ny, nz] = lattice.dims;
     let mut found = vec![Vec::new(); nx * ny * nz];
     let from_world = lattice.linear().inverse();
@@ -125,7 +133,7 @@ fn candidates(mesh: &TetMesh, lattice: &Lattice) -> Vec<Vec<Candidate>> {
         let slope = (0..4).fold(DVec3::ZERO, |sum, i| sum + s[i] * gradients[i]);
         let low = p[0].min(p[1]).min(p[2]).min(p[3]);
         let high = p[0].max(p[1]).max(p[2]).max(p[3]);
-        let reach = ROUNDING * (high - low).max_element();
+        let reach = beside + ROUNDING * (high - low).max_element();
         let range = |axis: usize, count: usize| {
             let first = (low[axis] - reach).ceil().max(0.0) as usize;
             let end = ((high[axis] + reach).floor() + 1.0).clamp(0.0, count as f64) as usize;
@@ -150,6 +158,7 @@ fn candidates(mesh: &TetMesh, lattice: &Lattice) -> Vec<Vec<Candidate>> {
                         scalar: scalar.clamp(least, greatest),
                         reach,
                         slack: reach * slope.length() + 1e-30,
+                        range: greatest - least,
                     });
                 }
             }
@@ -186,7 +195,7 @@ fn judge(name: &str, made: &Resampler, mesh: &TetMesh) -> Judged {
     let rounding = 4.0 * f64::from(f32::EPSILON) * range.0.abs().max(range.1.abs());
     let mut judged = Judged::default();
     let (texels, writes) = taken(made);
-    for (i, found) in candidates(mesh, lattice).iter().enumerate() {
+    for (i, found) in candidates(mesh, lattice, 0.0).iter().enumerate() {
         let place = [
             i % lattice.dims[0],
             i / lattice.dims[0] % lattice.dims[1],

@@ -13,6 +13,8 @@ use tetrascope::core::view::{check_background, check_size};
 use tetrascope::core::{CameraFit, ClipPlane, DepthCue, Error, OpticalModel};
 use tetrascope::help;
 #[cfg(feature = "resample")]
+use tetrascope::resample::{Passes, ResamplerOptions};
+#[cfg(feature = "resample")]
 use tetrascope::resampling::Dims;
 
 const EXIT_CODES: &str = "\
@@ -230,6 +232,15 @@ pub(crate) struct ResampleArgs {
     /// What stands for samples outside of the mesh
     #[arg(long, value_name = "VALUE", value_parser = outside, default_value = "nan", allow_hyphen_values = true)]
     pub(crate) outside: f32,
+    /// How samples in cells are found: computed, or drawn as published in one or two passes
+    #[arg(long, value_name = "HOW", value_parser = passes(), default_value = "direct")]
+    pub(crate) passes: Passes,
+    /// Texels along each side of the textures of weights, where samples are drawn
+    #[arg(long, value_name = "N", default_value_t = ResamplerOptions::default().weights)]
+    pub(crate) weights: u32,
+    /// Parts of the grid with a list of cells each, where samples are drawn
+    #[arg(long, value_name = "N", default_value_t = ResamplerOptions::default().slabs)]
+    pub(crate) slabs: u32,
     /// Where to write: .vti [default: NAME.vti here]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
@@ -339,6 +350,14 @@ fn interpolations() -> impl clap::builder::TypedValueParser<Value = Interpolatio
     PossibleValuesParser::new(Interpolation::ALL.map(Interpolation::name)).map(|name| {
         let found = Interpolation::ALL.into_iter().find(|i| i.name() == name);
         found.expect("one of the possible values")
+    })
+}
+
+#[cfg(feature = "resample")]
+fn passes() -> impl clap::builder::TypedValueParser<Value = Passes> {
+    PossibleValuesParser::new(Passes::ALL.map(|(name, _)| name)).map(|name| {
+        let found = Passes::ALL.into_iter().find(|(word, _)| *word == name);
+        found.expect("one of the possible values").1
     })
 }
 

@@ -7,6 +7,7 @@ use tetrascope::core::grid::{Lattice, Samples};
 use tetrascope::core::{Error, number};
 use tetrascope::io::vti::check_path as check_vti_path;
 use tetrascope::io::{Compression, write_vti};
+use tetrascope::resample::ResamplerOptions;
 use tetrascope::resampling::Sampled;
 use tetrascope::scene::VolumeSource;
 use tetrascope::volumes::{self, LoadedFields};
@@ -29,7 +30,12 @@ pub(crate) fn run(args: &ResampleArgs, output: &Output) -> Result<(), Stop> {
     let (loaded, load) = load(&args.mesh, names, output)?;
     let bounds = args.region.unwrap_or(loaded.mesh.bounds());
     let lattice = Lattice::over(&bounds, args.dims.over(&bounds, &loaded.mesh))?;
-    let (sampled, seconds) = sample(&loaded, &lattice, args.outside, output)?;
+    let options = ResamplerOptions {
+        passes: args.passes,
+        weights: args.weights,
+        slabs: args.slabs,
+    };
+    let (sampled, seconds) = sample(&loaded, &lattice, &options, args.outside, output)?;
     let inside = sampled.count_inside();
     let warning = (inside == 0).then(|| nothing_inside(&loaded));
 
@@ -117,6 +123,7 @@ pub(crate) fn load(
 pub(crate) fn sample(
     loaded: &LoadedFields,
     lattice: &Lattice,
+    options: &ResamplerOptions,
     outside: f32,
     output: &Output,
 ) -> Result<(Sampled, f64), Error> {
@@ -130,7 +137,8 @@ pub(crate) fn sample(
         }
     };
     let what = format!("taking {nx}x{ny}x{nz} samples");
-    let timed = output.timed(&what, || Sampled::new(gpu, loaded, lattice, outside, done))?;
+    let taken = || Sampled::new(gpu, loaded, lattice, options, outside, done);
+    let timed = output.timed(&what, taken)?;
     if let Some(adapter) = context.adapter() {
         output.note(format_args!("  {adapter}"));
     }

@@ -9,6 +9,7 @@ use tetrascope::help;
 use tetrascope::io::image::{check_path, write_image, write_npy};
 use tetrascope::io::vti::check_path as check_vti_path;
 use tetrascope::io::{Compression, write_vti};
+use tetrascope::resample::ResamplerOptions;
 use tetrascope::resampling::Sampled;
 
 use crate::args::SliceArgs;
@@ -47,7 +48,13 @@ pub(crate) fn run(args: &SliceArgs, output: &Output) -> Result<(), Stop> {
         normal: DVec3::Z,
     });
     let lattice = Lattice::on_plane(&bounds, plane.point, plane.normal, args.size as usize)?;
-    let (sampled, seconds) = sample(&loaded, &lattice, f32::NAN, output)?;
+    let (sampled, seconds) = sample(
+        &loaded,
+        &lattice,
+        &ResamplerOptions::default(),
+        f32::NAN,
+        output,
+    )?;
     let warning = (sampled.count_inside() == 0).then(|| nothing_inside(&loaded));
 
     let (field, samples) = &sampled.fields[0];
