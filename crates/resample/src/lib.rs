@@ -14,10 +14,11 @@
 //! | 2.1, weights | `weights` makes both textures, `section.wgsl` draws a slice with them |
 //! | 3, 3.1, active elements | `elements.wgsl` makes all triangles once, `active.wgsl` lists those of a slab |
 //! | 3.2, resampling | `textured` records the passes, and copies slice by slice into the grid |
+//! | 3.2, rendering | `mesh_slices`: [`MeshSlices`] draws a picture slice by slice, without a grid |
 //! | 4, one pass | `fs_both` of `section.wgsl` |
 //! | in place of 2 to 4, [`Passes::Direct`] | `direct` records the passes. `fill.wgsl` goes through the columns of samples that a cell meets, cells with much to do apart (`arrange.wgsl`), and `column.wgsl` finds the part of a column in the cell and writes the samples there |
 //!
-//! [`Resampler`] is a mesh and its grid.
+//! [`Resampler`] is a mesh and its grid; [`MeshSlices`] a mesh and how it looks.
 //!
 //! # Departures from the paper
 //! - *Columns for slices* ([`Passes::Direct`], the default). The paper draws the cross section of a
@@ -70,6 +71,7 @@
 
 mod direct;
 mod gpu_data;
+mod mesh_slices;
 mod options;
 mod placed;
 mod resampler;
@@ -80,6 +82,7 @@ mod textured;
 mod triangles;
 mod weights;
 
+pub use mesh_slices::{Evaluation, MeshSlices, MeshSlicesOptions, Shading};
 pub use options::{Outside, Passes, ResamplerOptions};
 pub use resampler::Resampler;
 pub use slabs::Drawn;

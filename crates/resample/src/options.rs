@@ -67,20 +67,27 @@ impl ResamplerOptions {
             weights,
             slabs,
         } = *self;
-        let wrong = if !WEIGHTS.contains(&weights) || weights % 2 == 1 {
-            let (least, most) = (WEIGHTS.start(), WEIGHTS.end());
-            format!(
-                "textures of {weights} weights a side; valid are even numbers from {least} to {most}"
-            )
-        } else if slabs == 0 {
-            "no slabs; valid are 1 and more".into()
-        } else {
-            return Ok(());
-        };
-        Err(Error::Usage {
-            what: wrong,
+        if slabs == 0 {
+            return Err(Error::Usage {
+                what: "no slabs; valid are 1 and more".into(),
+                help: None,
+            });
+        }
+        check_weights(weights)
+    }
+}
+
+/// Refuses textures of a size that is out of range.
+pub(crate) fn check_weights(side: u32) -> Result<(), Error> {
+    let (least, most) = (WEIGHTS.start(), WEIGHTS.end());
+    match WEIGHTS.contains(&side) && side.is_multiple_of(2) {
+        true => Ok(()),
+        false => Err(Error::Usage {
+            what: format!(
+                "textures of {side} weights a side; valid are even numbers from {least} to {most}"
+            ),
             help: None,
-        })
+        }),
     }
 }
 

@@ -1,5 +1,9 @@
 //! T1 and T2 of section 2.1: the weights of what is on a cell's back and front face.
 
+use tetrascope_core::Error;
+use tetrascope_gpu::Gpu;
+use tetrascope_gpu::wgpu::{self, TextureFormat, TextureUsages};
+
 /// A weight and an alpha.
 pub(crate) type Texel = [f32; 2];
 
@@ -22,6 +26,27 @@ pub(crate) fn weights(side: u32) -> [Vec<Texel>; 2] {
     let of_front = of_back.iter().map(|weight| texel(weight.map(|w| 1.0 - w)));
     let of_front = of_front.collect();
     [of_back.into_iter().map(texel).collect(), of_front]
+}
+
+/// T1 and T2 on the device, and what samples them: the nearest texel, clamped to the edge, beyond
+/// which one of the coordinates is negative.
+pub(crate) fn upload(gpu: &Gpu, side: u32) -> Result<([wgpu::Texture; 2], wgpu::Sampler), Error> {
+    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+    let upload = |texels: Vec<Texel>| -> Result<wgpu::Texture, Error> {
+        let format = TextureFormat::Rg32Float;
+        let texture = gpu.texture("resample::weights", (side, side), format, usage)?;
+        gpu.write_texture(&texture, &texels)?;
+        Ok(texture)
+    };
+    let [of_back, of_front] = weights(side);
+    let textures = [upload(of_back)?, upload(of_front)?];
+    let nearest = gpu.checked("resample::weights", 0, || {
+        gpu.device().create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("resample::weights"),
+            ..Default::default()
+        })
+    })?;
+    Ok((textures, nearest))
 }
 
 #[cfg(test)]
