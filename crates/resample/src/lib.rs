@@ -67,6 +67,10 @@
 //! - What is drawn is off by up to 2/N of the range of a cell with N weights a side. The mesh's surface
 //!   may be off by what vertices are rounded by, at most 1/64 of a sample where that is 1/256 of a
 //!   pixel. Along the axis of slices both sides of a surface belong to the mesh.
+//! - Should a device round the programs of two passes differently, they may disagree whether a sample is
+//!   in a cell; then its scalar lacks what the second adds. No device seen so far does that.
+//! - Rasterizers interpolate across a cell in 32-bit floats: across 2ᵏ samples it is off by some 2ᵏ⁻²³
+//!   of one, which matters in cells thousands of times larger than the grid.
 //! - What is drawn takes 52 bytes for each cell beside the mesh, in buffers that hold all of them.
 
 mod direct;

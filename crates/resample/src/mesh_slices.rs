@@ -43,7 +43,7 @@ use tetrascope_gpu::{Canvas, Commands, Draw, Gpu, Recorded, SumsKind, Target, dr
 
 use self::frame::frame;
 pub use self::options::{Evaluation, MeshSlicesOptions, Shading};
-use self::scene::{Mesh, Passes, Style};
+use self::scene::{Mesh, Programs, Style};
 use crate::slabs::{Drawn, Slabs, compute};
 
 const LABEL: &str = "resample::mesh slices";
@@ -57,7 +57,7 @@ pub struct MeshSlices {
     canvas: Canvas,
     options: MeshSlicesOptions,
     slabs: Slabs,
-    passes: Passes,
+    programs: Programs,
     mesh: Mesh,
     style: Style,
 }
@@ -84,15 +84,15 @@ impl MeshSlices {
         MeshSlices::ABILITIES.check(NAME, appearance, &volume.bounds())?;
         options.validate()?;
         let slabs = Slabs::new(gpu, options.slabs, options.planes)?;
-        let passes = Passes::new(gpu, options, &slabs)?;
+        let programs = Programs::new(gpu, options, &slabs)?;
         let map = ScalarMap::of(&appearance.transfer_function);
-        let mesh = Mesh::new(gpu, &passes, &slabs, mesh, map, None)?;
-        let style = Style::new(gpu, &passes, &mesh, appearance)?;
+        let mesh = Mesh::new(gpu, &programs, &slabs, mesh, map, None)?;
+        let style = Style::new(gpu, &programs, &mesh, appearance)?;
         Ok(MeshSlices {
             canvas: Canvas::new(gpu)?,
             options: *options,
             slabs,
-            passes,
+            programs,
             mesh,
             style,
         })
@@ -105,9 +105,9 @@ impl MeshSlices {
         appearance: &Appearance,
     ) -> Result<(), Error> {
         let gpu = self.canvas.gpu();
-        let (passes, slabs) = (&self.passes, &self.slabs);
-        let mesh = Mesh::new(gpu, passes, slabs, mesh, map, Some(&self.mesh))?;
-        let style = Style::new(gpu, passes, &mesh, appearance)?;
+        let (programs, slabs) = (&self.programs, &self.slabs);
+        let mesh = Mesh::new(gpu, programs, slabs, mesh, map, Some(&self.mesh))?;
+        let style = Style::new(gpu, programs, &mesh, appearance)?;
         (self.mesh, self.style) = (mesh, style);
         Ok(())
     }
@@ -161,7 +161,7 @@ impl MeshSlices {
         let mesh = &self.mesh;
         let volume = &self.style.volume;
         self.slabs.clear(encoder);
-        let elements = &self.passes.elements[usize::from(mesh.cell_data)];
+        let elements = &self.programs.elements[usize::from(mesh.cell_data)];
         let made = [frame, volume, &mesh.made];
         compute(encoder, mesh.cell_count, elements, &made);
         for slab in (0..self.slabs.count()).rev() {
@@ -224,7 +224,7 @@ impl VolumeRenderer for MeshSlices {
         MeshSlices::ABILITIES.check(NAME, appearance, &self.mesh.mesh.bounds())?;
         let gpu = self.canvas.gpu();
         if self.mesh.map.suits(&appearance.transfer_function) {
-            self.style = Style::new(gpu, &self.passes, &self.mesh, appearance)?;
+            self.style = Style::new(gpu, &self.programs, &self.mesh, appearance)?;
             return Ok(());
         }
         let map = ScalarMap::of(&appearance.transfer_function);
@@ -248,7 +248,12 @@ impl Draw for MeshSlices {
         target: &Target,
     ) -> Result<Recorded, Error> {
         self.check_view(view)?;
-        let gpu = self.canvas.gpu();
+        let (gpu, encoder) = (self.canvas.gpu(), commands.encoder());
+        if self.mesh.cell_count == 0 {
+            let mut stats = self.stats();
+            stats.passes = self.canvas.put_nothing(encoder, view, target)?;
+            return Ok(Recorded::new(stats));
+        }
         let Mesh {
             normalization,
             domain,
@@ -260,7 +265,6 @@ impl Draw for MeshSlices {
         let space = plane.camera_from_normalized();
         let map = &self.mesh.map;
         let (look, _) = look(appearance, view, &domain.bounds, normalization, map, &space);
-        let encoder = commands.encoder();
         let depth = target.depth.as_ref();
         let (ends, has_ends) =
             self.canvas
@@ -282,7 +286,7 @@ impl Draw for MeshSlices {
                 look.as_entire_binding(),
                 wgpu::BindingResource::TextureView(&ends),
             ];
-            let frame = group(gpu, LABEL, &self.passes.frame_layout, &resources);
+            let frame = group(gpu, LABEL, &self.programs.frame_layout, &resources);
             let color = sums.color.create_view(&Default::default());
             self.draw_slabs(encoder, &frame, &pipeline, &color);
         })?;

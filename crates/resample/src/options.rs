@@ -39,12 +39,11 @@ pub struct ResamplerOptions {
     /// How the samples in a cell are found.
     pub passes: Passes,
     /// Width and height of the textures of weights, in texels: an even number from 32 to 1024. A
-    /// scalar is off by at most twice the cell's range divided by it, and by a third of that
-    /// as a rule. Nothing to [`Passes::Direct`].
+    /// scalar is off by at most twice the cell's range divided by it. [`Passes::Direct`] has none.
     pub weights: u32,
     /// Parts of the grid along its third axis, from 1 on, each of which has a list of the cells that
-    /// meet it; no more than slices. It changes nothing in the samples. Nothing to
-    /// [`Passes::Direct`].
+    /// meet it; no more than slices. It changes nothing in the samples. [`Passes::Direct`] has
+    /// none.
     pub slabs: u32,
 }
 

@@ -77,7 +77,8 @@ pub(super) fn frame(
             false => 0.0,
         },
         first_depth: first as f32,
-        step: ((last - first) / f64::from(planes)) as f32,
+        // A mesh without depth has no volume: no plane is met, but none is at infinity.
+        step: ((last - first) / f64::from(planes)).max(1e-30) as f32,
         plane_count: planes,
         cell_count: mesh.cell_count,
         padding: 0,

@@ -22,7 +22,7 @@ const NO_SCALAR: f32 = f32::MAX;
 
 /// Pipelines and layouts.
 #[derive(Debug)]
-pub(super) struct Passes {
+pub(super) struct Programs {
     pub(super) frame_layout: wgpu::BindGroupLayout,
     volume_layout: wgpu::BindGroupLayout,
     made_layout: wgpu::BindGroupLayout,
@@ -65,12 +65,12 @@ pub(super) struct Style {
     pipeline: wgpu::RenderPipeline,
 }
 
-impl Passes {
+impl Programs {
     pub(super) fn new(
         gpu: &Gpu,
         options: &MeshSlicesOptions,
         slabs: &Slabs,
-    ) -> Result<Passes, Error> {
+    ) -> Result<Programs, Error> {
         let (compute, fragment) = (ShaderStages::COMPUTE, ShaderStages::FRAGMENT);
         let all = compute | ShaderStages::VERTEX_FRAGMENT;
         let frame_layout = gpu.layout(LABEL, all, &[UNIFORM, UNIFORM, TEXELS])?;
@@ -108,7 +108,7 @@ impl Passes {
                 ["vs_mesh_slice_pre", "fs_mesh_slice_pre_textured"]
             }
         };
-        Ok(Passes {
+        Ok(Programs {
             entries,
             elements: [elements(0.0)?, elements(1.0)?],
             slice_layout: slabs.slice_layout().clone(),
@@ -126,7 +126,7 @@ impl Mesh {
     /// those are large enough; what `old` has of its mesh is left alone.
     pub(super) fn new(
         gpu: &Gpu,
-        passes: &Passes,
+        programs: &Programs,
         slabs: &Slabs,
         mesh: &TetMesh,
         map: ScalarMap,
@@ -162,10 +162,10 @@ impl Mesh {
         let elements = Elements::new(gpu, slabs, old.map(|o| &o.elements), count)?;
         let groups = gpu.checked(LABEL, 0, || {
             let resources = [&elements.elements, &elements.spans].map(|b| b.as_entire_binding());
-            let made = group(gpu, LABEL, &passes.made_layout, &resources);
+            let made = group(gpu, LABEL, &programs.made_layout, &resources);
             let resources = [&elements.elements, &elements.list].map(|b| b.as_entire_binding());
             let mut resources = resources.to_vec();
-            let views = passes.weights.as_ref().map(|(textures, sampler)| {
+            let views = programs.weights.as_ref().map(|(textures, sampler)| {
                 let views = [0, 1].map(|i| textures[i].create_view(&Default::default()));
                 (views, sampler)
             });
@@ -173,7 +173,7 @@ impl Mesh {
                 resources.extend(views.iter().map(wgpu::BindingResource::TextureView));
                 resources.push(wgpu::BindingResource::Sampler(sampler));
             }
-            (made, group(gpu, LABEL, &passes.drawn_layout, &resources))
+            (made, group(gpu, LABEL, &programs.drawn_layout, &resources))
         })?;
         elements.set_count(gpu, count as u32)?;
         let table = |label: &str, texels: &[u8]| -> Result<Table, Error> {
@@ -210,7 +210,7 @@ impl Mesh {
 impl Style {
     pub(super) fn new(
         gpu: &Gpu,
-        passes: &Passes,
+        programs: &Programs,
         mesh: &Mesh,
         appearance: &Appearance,
     ) -> Result<Style, Error> {
@@ -230,11 +230,11 @@ impl Style {
                 mesh.cell_scalars.as_entire_binding(),
                 intervals.as_entire_binding(),
             ];
-            group(gpu, LABEL, &passes.volume_layout, &resources)
+            group(gpu, LABEL, &programs.volume_layout, &resources)
         })?;
         let mut constants = look_constants(appearance).to_vec();
         constants.push(model_constant(model));
-        let [vertex, fragment] = passes.entries;
+        let [vertex, fragment] = programs.entries;
         let program = RenderProgram {
             label: LABEL,
             source: MESH_SLICE,
@@ -248,10 +248,10 @@ impl Style {
                 write_mask: wgpu::ColorWrites::ALL,
             })],
             groups: vec![
-                passes.frame_layout.clone(),
-                passes.volume_layout.clone(),
-                passes.drawn_layout.clone(),
-                passes.slice_layout.clone(),
+                programs.frame_layout.clone(),
+                programs.volume_layout.clone(),
+                programs.drawn_layout.clone(),
+                programs.slice_layout.clone(),
             ],
             // Fans are counterclockwise; what rounding turns over is covered by the rest of the fan.
             cull_mode: Some(wgpu::Face::Back),
