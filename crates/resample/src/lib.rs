@@ -43,6 +43,8 @@
 //!   what is outside of a cell by no more than it explains is drawn as if on its face, behind what
 //!   other cells draw. Without both, a rasterizer that rounds to 1/16 of a pixel left out 400 of 75 000
 //!   samples inside of a mesh; with them, one, and one that rounds to 1/256 none.
+//! - *The mesh is drawn larger* by 1/128 of a pixel at the grid's edges, which is taken back as well: so
+//!   samples just inside of a mesh that ends with the grid are not left out.
 //! - *A depth test* decides between two cells that cover one sample, which blending would add up: the one
 //!   that comes first in the mesh, in both passes.
 //! - *Triangles that rounding turns over are not drawn*; the rest of the fan covers them.
@@ -64,7 +66,7 @@
 //!   field rises by its whole range within less than some 10⁻³ of a cell's extent, that can be more
 //!   than 10⁻⁵ of the range.
 //! - Scalars are rounded to f32 in the field's unit, as the grid holds them.
-//! - What is drawn is off by up to 2/N of the range of a cell with N weights a side. The mesh's surface
+//! - What is drawn is off by up to 1/N of the range of a cell with N weights a side. The mesh's surface
 //!   may be off by what vertices are rounded by, at most 1/64 of a sample where that is 1/256 of a
 //!   pixel. Along the axis of slices both sides of a surface belong to the mesh.
 //! - Should a device round the programs of two passes differently, they may disagree whether a sample is

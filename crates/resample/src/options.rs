@@ -39,7 +39,7 @@ pub struct ResamplerOptions {
     /// How the samples in a cell are found.
     pub passes: Passes,
     /// Width and height of the textures of weights, in texels: an even number from 32 to 1024. A
-    /// scalar is off by at most twice the cell's range divided by it. [`Passes::Direct`] has none.
+    /// scalar is off by at most the cell's range divided by it. [`Passes::Direct`] has none.
     pub weights: u32,
     /// Parts of the grid along its third axis, from 1 on, each of which has a list of the cells that
     /// meet it; no more than slices. It changes nothing in the samples. [`Passes::Direct`] has

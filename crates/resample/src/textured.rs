@@ -330,14 +330,15 @@ impl Pipelines {
                 groups: vec![layouts.mesh.clone(), layouts.made.clone()],
             })
         };
+        let rounded = ("ROUNDED", tuning.rounded);
         let section = |cell_data: Constant, fragment, blend, compare, writes| {
             gpu.render_pipeline(&RenderProgram {
                 label: LABEL,
                 source: SECTION,
                 vertex: "vs_section",
-                vertex_constants: vec![cell_data],
+                vertex_constants: vec![cell_data, rounded],
                 fragment: Some(fragment),
-                constants: vec![("ROUNDED", tuning.rounded)],
+                constants: vec![rounded],
                 targets: vec![Some(wgpu::ColorTargetState {
                     format: SLICE_FORMAT,
                     blend,

@@ -175,7 +175,7 @@ fn an_applications_geometry_hides_what_is_behind_it() {
     assert!(error < 2e-3 && hidden > 10.0 * error, "{error} {hidden}");
 }
 
-/// A scalar is off by 2/N of a cell's range at most, and nothing else differs.
+/// A scalar is off by 1/N of a cell's range at most, and nothing else differs.
 #[test]
 fn textures_agree_within_their_resolution() {
     let Some(gpu) = gpu("textures_agree_within_their_resolution") else {
@@ -197,10 +197,10 @@ fn textures_agree_within_their_resolution() {
         ImageError::between(&expected, &frame).rmse
     });
     eprintln!("{errors:?}");
-    // A cell has a seventh of the field's range or so, of which 2/32 is 0.009; errors of texels
+    // A cell has a seventh of the field's range or so, of which 1/32 is 0.0045; errors of texels
     // along a ray are of both signs and cancel.
     let fell = errors[2] < errors[0] / 4.0;
-    assert!(errors[0] < 9e-3 && fell, "{errors:?}");
+    assert!(errors[0] < 4.5e-3 && fell, "{errors:?}");
 }
 
 /// Where color and extinction are linear over all scalars both orders are one; else what lies
@@ -236,7 +236,7 @@ fn pre_shading_is_exact_for_linear_transfer_functions() {
         eprintln!("{orthographic}, {textured}: {differences:?}");
         // Colors are interpolated where rasterizers round: to 2⁻⁴ of a pixel at most, of 48 for the
         // whole range, in a random direction for each fragment of a ray.
-        assert!(differences[0] < 2e-4, "{differences:?}");
+        assert!(differences[0] < 5e-4, "{differences:?}");
         assert!(differences[1] > 1e-3, "{differences:?}");
     }
 }
