@@ -386,8 +386,32 @@ pub mod resample {
     );
 }
 
+/// Slices of tetrahedral meshes (`mesh_slices` of `tetrascope-resample`).
+pub mod mesh_slices {
+    /// The triangles of every cell as a camera sees it.
+    pub const VIEW_ELEMENTS: &str = program!(
+        "common/look.wgsl",
+        "common/sides.wgsl",
+        "mesh_slices/frame.wgsl",
+        "resample/element.wgsl",
+        "resample/triangles.wgsl",
+        "mesh_slices/view_elements.wgsl",
+    );
+    /// What their cross sections with a plane add to a picture.
+    pub const MESH_SLICE: &str = program!(
+        "common/look.wgsl",
+        "common/ends.wgsl",
+        "common/optics_model.wgsl",
+        "common/transfer_function.wgsl",
+        "common/sides.wgsl",
+        "mesh_slices/frame.wgsl",
+        "resample/element.wgsl",
+        "mesh_slices/mesh_slice.wgsl",
+    );
+}
+
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 43] = [
+pub const PROGRAMS: [(&str, &str); 45] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -421,6 +445,8 @@ pub const PROGRAMS: [(&str, &str); 43] = [
     ("resample::ELEMENTS", resample::ELEMENTS),
     ("resample::ACTIVE", resample::ACTIVE),
     ("resample::SECTION", resample::SECTION),
+    ("mesh_slices::VIEW_ELEMENTS", mesh_slices::VIEW_ELEMENTS),
+    ("mesh_slices::MESH_SLICE", mesh_slices::MESH_SLICE),
     ("raycast_peel::MARCH", raycast_peel::MARCH),
     ("raycast_peel::AIM", raycast_peel::AIM),
     ("raycast_peel::PEEL", raycast_peel::PEEL),

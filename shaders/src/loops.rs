@@ -136,6 +136,8 @@ pub const LOOPS: &[Loop] = &[
     of("projection/pieces.wgsl", "choose_piece", AtMost(32), "bisection"),
     of("projection/segment.wgsl", "integrate_within", InAll(3 * MOST_INTERVALS + 8 * 20), "knots; as integrate of common/optics.wgsl"),
 
+    of("mesh_slices/mesh_slice.wgsl", "shaded_center", AtMost(4), "corners of a cell"),
+
     of("resample/column.wgsl", "fill_column", Counted, "samples of a column in a cell, in cs_small and cs_large"),
     of("resample/fill.wgsl", "cs_small", InAll(8 * RESAMPLE_PASSES as u64 + 8), "columns and samples of a cell, RESAMPLE_PASSES; the eight neighbors' add up"),
     of("resample/fill.wgsl", "cs_large", InAll(16 * (RESAMPLE_SIDE as u64 + 10) + 1), "columns of a cell for each of its invocations, 16, with RESAMPLE_SIDE samples each"),

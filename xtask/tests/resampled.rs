@@ -6,7 +6,11 @@ use tetrascope::core::{
 };
 use tetrascope::datasets::wave;
 use tetrascope::gpu::Gpu;
-use tetrascope::resample::{Domain, Resampling, ResamplingOptions};
+use tetrascope::resample::{
+    Domain, MeshSlices, MeshSlicesOptions, Passes, Resampler, ResamplerOptions, Resampling,
+    ResamplingOptions,
+};
+use tetrascope::slicing::{Slicing, SlicingOptions};
 use tetrascope_testing::{ImageError, data_set, fitted, gpu, ramp, surfaces, truth};
 
 const SIDE: u32 = 32;
@@ -116,5 +120,50 @@ fn a_mesh_that_is_made_anew_is_drawn_anew() {
             let stale = rmse(mesh, &look, &view, &frames[0]);
             assert!(stale > 0.08, "{i}: {stale}");
         }
+    }
+}
+
+/// Samples that are drawn, and pictures without any.
+#[test]
+fn slices_of_a_mesh_that_is_made_anew_are_drawn_anew() {
+    let Some(gpu) = gpu("slices_of_a_mesh_that_is_made_anew_are_drawn_anew") else {
+        return;
+    };
+    let steps = [0, 1, 15].map(|step| wave(6 * 6 * 6 * 6, step).expect("a valid size"));
+    let volumes = steps.clone().map(Volume::Mesh);
+    let look = ramp(&volumes[0]);
+    let view = fitted(&volumes[0], CameraFit::PlusIso, true, SIDE);
+    let mut bounds = steps[0].bounds();
+    bounds.max.z = 0.35;
+    let lattice = Lattice::over(&bounds, [40; 3]).expect("a box");
+    let [mut two, mut one] = [Passes::Two, Passes::One].map(|passes| {
+        let options = ResamplerOptions {
+            passes,
+            ..ResamplerOptions::default()
+        };
+        Resampler::new(&gpu, &steps[0], &lattice, &options).expect("it fits")
+    });
+    let options = MeshSlicesOptions::default();
+    let mut slices = MeshSlices::new(&gpu, &volumes[0], &look, &options).expect("it fits");
+    let slicing = SlicingOptions::default();
+    for (mesh, volume) in steps.iter().zip(&volumes) {
+        let [two, one] = [&mut two, &mut one].map(|resampler| {
+            resampler.reload(mesh).expect("it fits");
+            resampler.resample().expect("samples");
+            let slicing = Slicing::from_device(&gpu, resampler.grid(), &look, &slicing);
+            slicing.expect("a grid").render(&view).expect("a frame")
+        });
+        let errors = [
+            rmse(mesh, &look, &view, &one),
+            ImageError::between(&one, &two).rmse,
+        ];
+        eprintln!("{errors:?}");
+        // As where samples are computed; two passes round twice.
+        assert!(errors[0] < 0.01 && errors[1] < 1e-6, "{errors:?}");
+        slices.reload(volume).expect("it fits");
+        let frame = slices.render(&view).expect("a frame");
+        let error = rmse(mesh, &look, &view, &frame);
+        eprintln!("{error} without samples");
+        assert!(error < 0.01, "{error}");
     }
 }

@@ -8,8 +8,9 @@ use tetrascope_slicing::{
     Integration, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, Slicing, SlicingOptions,
 };
 
+use crate::mesh_slices::{EVALUATIONS, MOST_PLANES, MeshSlices, MeshSlicesOptions, Shading};
 use crate::options::{
-    MAX_SAMPLES, MIN_SAMPLES, Passes, ResamplerOptions, ResamplingOptions, WEIGHTS,
+    MAX_SAMPLES, MIN_SAMPLES, Mode, Passes, ResamplerOptions, ResamplingOptions, WEIGHTS,
 };
 use crate::placed::check_volume;
 use crate::{NAME, renamed};
@@ -24,11 +25,23 @@ pub const ENTRY: Entry = Entry {
             adjacency, nothing found out beforehand: a mesh that changes in every frame costs \
             the same as one that does not",
     settings: &[
+        Setting::choice("mode", &words(&Mode::ALL), "grid").about(
+            "what is between the mesh and its picture: a grid, or slices of the mesh as the \
+             camera sees it",
+        ),
         Setting::integer("samples", [MIN_SAMPLES as i64, MAX_SAMPLES as i64], "128")
             .about("samples along the longest axis of the mesh, about as far apart along others"),
         Setting::choice("passes", &words(&Passes::ALL), "direct").about(
             "how the samples in a cell are found: computed, or drawn as published with \
                     textures of weights, in two passes or one",
+        ),
+        Setting::integer("planes", [1, MOST_PLANES as i64], "256")
+            .about("slices through the mesh with mode=slices"),
+        Setting::choice("shading", &words(&Shading::ALL), "post")
+            .about("what they interpolate: scalars, or the colors of vertices (pre)"),
+        Setting::choice("evaluation", &words(&EVALUATIONS), "per-fragment").about(
+            "how: between the ends of each fragment's ray in a cell, or by textures of weights as \
+             published, along parallel rays only",
         ),
         Setting::integer(
             "weights",
@@ -74,6 +87,9 @@ pub const ENTRY: Entry = Entry {
     supports: |volume, appearance, view, settings| {
         let options = ResamplingOptions::from_settings(settings);
         options.resampler.validate()?;
+        if options.mode == Mode::Slices {
+            return MeshSlices::supports(volume, appearance, view, &options.mesh_slices());
+        }
         let lattice = options.lattice(mesh_of(volume)?)?;
         let texels = Texels::Covered;
         Slicing::supports_device(&lattice, texels, appearance, view, &options.slicing())
@@ -93,31 +109,54 @@ pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
     }
 }
 
-/// Samples with few slices and, in one of them, with so many that they no longer matter.
-fn sweep(_: OpticalModel) -> &'static [&'static str] {
-    &[
-        "samples=32",
-        "samples=64",
-        "samples=64,slices=16",
-        "samples=64,passes=two,weights=32",
-        "samples=64,passes=two",
-        "samples=64,passes=one",
-        "samples=128",
-        "samples=256",
-    ]
+/// Isosurfaces lie between slices of a mesh.
+fn sweep(model: OpticalModel) -> &'static [&'static str] {
+    const OF_GRIDS: usize = 8;
+    match model {
+        OpticalModel::Isosurfaces => &SWEEP[..OF_GRIDS],
+        _ => &SWEEP,
+    }
 }
+
+/// Samples with few slices and, in one of them, with so many that they no longer matter; then slices
+/// of the mesh.
+const SWEEP: [&str; 11] = [
+    "samples=32",
+    "samples=64",
+    "samples=64,slices=16",
+    "samples=64,passes=two,weights=32",
+    "samples=64,passes=two",
+    "samples=64,passes=one",
+    "samples=128",
+    "samples=256",
+    "mode=slices,planes=64",
+    "mode=slices",
+    "mode=slices,shading=pre",
+];
 
 impl ResamplingOptions {
     /// The options that `settings` of [`ENTRY`] say.
     pub fn from_settings(settings: &Settings) -> ResamplingOptions {
+        let (weights, slabs) = (
+            settings.integer("weights") as u32,
+            settings.integer("slabs") as u32,
+        );
         ResamplingOptions {
+            mode: settings.choice("mode", &Mode::ALL),
             samples: settings.integer("samples") as usize,
             lattice: None,
             domain: None,
             resampler: ResamplerOptions {
                 passes: settings.choice("passes", &Passes::ALL),
-                weights: settings.integer("weights") as u32,
-                slabs: settings.integer("slabs") as u32,
+                weights,
+                slabs,
+            },
+            mesh_slices: MeshSlicesOptions {
+                planes: settings.integer("planes") as u32,
+                shading: settings.choice("shading", &Shading::ALL),
+                evaluation: settings.choice("evaluation", &EVALUATIONS)(weights),
+                slabs,
+                domain: None,
             },
             slicing: SlicingOptions {
                 slices_per_voxel: settings.number("slices"),

@@ -14,11 +14,12 @@
 //! | 2.1, weights | `weights` makes both textures, `section.wgsl` draws a slice with them |
 //! | 3, 3.1, active elements | `elements.wgsl` makes all triangles once, `active.wgsl` lists those of a slab |
 //! | 3.2, resampling | `textured` records the passes, and copies slice by slice into the grid |
+//! | 3.2, rendering | `mesh_slices`: [`MeshSlices`] draws a picture slice by slice, without a grid |
 //! | 4, one pass | `fs_both` of `section.wgsl` |
 //! | in place of 2 to 4, [`Passes::Direct`] | `direct` records the passes. `fill.wgsl` goes through the columns of samples that a cell meets, cells with much to do apart (`arrange.wgsl`), and `column.wgsl` finds the part of a column in the cell and writes the samples there |
 //!
 //! [`Resampler`] is a mesh and its grid. [`Resampling`] draws a mesh by the slices of its grid, with
-//! [`Slicing`](tetrascope_slicing::Slicing).
+//! [`Slicing`](tetrascope_slicing::Slicing), and [`MeshSlices`] without one.
 //!
 //! # Departures from the paper
 //! - *Columns for slices* ([`Passes::Direct`], the default). The paper draws the cross section of a
@@ -43,6 +44,8 @@
 //!   what is outside of a cell by no more than it explains is drawn as if on its face, behind what
 //!   other cells draw. Without both, a rasterizer that rounds to 1/16 of a pixel left out 400 of 75 000
 //!   samples inside of a mesh; with them, one, and one that rounds to 1/256 none.
+//! - *The mesh is drawn larger* by 1/128 of a pixel at the grid's edges, which is taken back as well: so
+//!   samples just inside of a mesh that ends with the grid are not left out.
 //! - *A depth test* decides between two cells that cover one sample, which blending would add up: the one
 //!   that comes first in the mesh, in both passes.
 //! - *Triangles that rounding turns over are not drawn*; the rest of the fan covers them.
@@ -64,15 +67,20 @@
 //!   field rises by its whole range within less than some 10⁻³ of a cell's extent, that can be more
 //!   than 10⁻⁵ of the range.
 //! - Scalars are rounded to f32 in the field's unit, as the grid holds them.
-//! - What is drawn is off by up to 2/N of the range of a cell with N weights a side. The mesh's surface
+//! - What is drawn is off by up to 1/N of the range of a cell with N weights a side. The mesh's surface
 //!   may be off by what vertices are rounded by, at most 1/64 of a sample where that is 1/256 of a
 //!   pixel. Along the axis of slices both sides of a surface belong to the mesh.
+//! - Should a device round the programs of two passes differently, they may disagree whether a sample is
+//!   in a cell; then its scalar lacks what the second adds. No device seen so far does that.
+//! - Rasterizers interpolate across a cell in 32-bit floats: across 2ᵏ samples it is off by some 2ᵏ⁻²³
+//!   of one, which matters in cells thousands of times larger than the grid.
 //! - What is drawn takes 52 bytes for each cell beside the mesh, in buffers that hold all of them.
 
 pub mod counters;
 mod direct;
 mod entry;
 mod gpu_data;
+mod mesh_slices;
 mod options;
 mod placed;
 mod renderer;
@@ -85,7 +93,10 @@ mod triangles;
 mod weights;
 
 pub use entry::ENTRY;
-pub use options::{MAX_SAMPLES, MIN_SAMPLES, Outside, Passes, ResamplerOptions, ResamplingOptions};
+pub use mesh_slices::{Evaluation, MeshSlices, MeshSlicesOptions, Shading};
+pub use options::{
+    MAX_SAMPLES, MIN_SAMPLES, Mode, Outside, Passes, ResamplerOptions, ResamplingOptions,
+};
 pub use renderer::Resampling;
 pub use resampler::Resampler;
 pub use slabs::Drawn;

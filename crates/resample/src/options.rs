@@ -7,6 +7,7 @@ use tetrascope_core::{Error, Settings, TetMesh};
 use tetrascope_slicing::{Domain, SlicingOptions};
 
 use crate::ENTRY;
+use crate::mesh_slices::MeshSlicesOptions;
 
 /// The fewest samples along the longest axis of a mesh that are drawn.
 pub const MIN_SAMPLES: usize = 2;
@@ -39,12 +40,11 @@ pub struct ResamplerOptions {
     /// How the samples in a cell are found.
     pub passes: Passes,
     /// Width and height of the textures of weights, in texels: an even number from 32 to 1024. A
-    /// scalar is off by at most twice the cell's range divided by it, and by a third of that
-    /// as a rule. Nothing to [`Passes::Direct`].
+    /// scalar is off by at most the cell's range divided by it. [`Passes::Direct`] has none.
     pub weights: u32,
     /// Parts of the grid along its third axis, from 1 on, each of which has a list of the cells that
-    /// meet it; no more than slices. It changes nothing in the samples. Nothing to
-    /// [`Passes::Direct`].
+    /// meet it; no more than slices. It changes nothing in the samples. [`Passes::Direct`] has
+    /// none.
     pub slabs: u32,
 }
 
@@ -63,20 +63,27 @@ impl ResamplerOptions {
             weights,
             slabs,
         } = *self;
-        let wrong = if !WEIGHTS.contains(&weights) || weights % 2 == 1 {
-            let (least, most) = (WEIGHTS.start(), WEIGHTS.end());
-            format!(
-                "textures of {weights} weights a side; valid are even numbers from {least} to {most}"
-            )
-        } else if slabs == 0 {
-            "no slabs; valid are 1 and more".into()
-        } else {
-            return Ok(());
-        };
-        Err(Error::Usage {
-            what: wrong,
+        if slabs == 0 {
+            return Err(Error::Usage {
+                what: "no slabs; valid are 1 and more".into(),
+                help: None,
+            });
+        }
+        check_weights(weights)
+    }
+}
+
+/// Refuses textures of a size that is out of range.
+pub(crate) fn check_weights(side: u32) -> Result<(), Error> {
+    let (least, most) = (WEIGHTS.start(), WEIGHTS.end());
+    match WEIGHTS.contains(&side) && side.is_multiple_of(2) {
+        true => Ok(()),
+        false => Err(Error::Usage {
+            what: format!(
+                "textures of {side} weights a side; valid are even numbers from {least} to {most}"
+            ),
             help: None,
-        })
+        }),
     }
 }
 
@@ -93,9 +100,28 @@ pub enum Outside {
     Nan,
 }
 
+/// Between a mesh and its picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Mode {
+    /// A grid of samples, which stays while the camera moves.
+    #[default]
+    Grid,
+    /// Slices of the mesh that face the camera, drawn as they come ([`MeshSlices`]).
+    ///
+    /// [`MeshSlices`]: crate::MeshSlices
+    Slices,
+}
+
+tetrascope_core::choices! {
+    Mode: "grid" = Grid, "slices" = Slices;
+}
+
 /// Options of [`Resampling`](crate::Resampling).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResamplingOptions {
+    /// What is between the mesh and its picture.
+    pub mode: Mode,
     /// Samples along the longest axis of the mesh's box, [`MIN_SAMPLES`] to [`MAX_SAMPLES`]; they
     /// are about as far apart along the others.
     pub samples: usize,
@@ -110,6 +136,8 @@ pub struct ResamplingOptions {
     pub domain: Option<Domain>,
     /// How samples are taken.
     pub resampler: ResamplerOptions,
+    /// How a mesh is cut in [`Mode::Slices`]; in `domain`, if there is one.
+    pub mesh_slices: MeshSlicesOptions,
     /// How they are drawn, in `domain`. Polygons cut on the CPU, and bricks, are refused.
     pub slicing: SlicingOptions,
 }
@@ -122,6 +150,14 @@ impl Default for ResamplingOptions {
 }
 
 impl ResamplingOptions {
+    /// How a mesh is cut.
+    pub(crate) fn mesh_slices(&self) -> MeshSlicesOptions {
+        MeshSlicesOptions {
+            domain: self.domain.or(self.mesh_slices.domain),
+            ..self.mesh_slices
+        }
+    }
+
     /// How samples are drawn.
     pub(crate) fn slicing(&self) -> SlicingOptions {
         let rounded = |(low, high): (f64, f64)| {

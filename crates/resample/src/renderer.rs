@@ -6,16 +6,30 @@ use tetrascope_slicing::Slicing;
 
 use crate::counters::SAMPLES;
 use crate::entry::mesh_of;
-use crate::options::ResamplingOptions;
+use crate::mesh_slices::MeshSlices;
+use crate::options::{Mode, ResamplingOptions};
 use crate::renamed;
 use crate::resampler::Resampler;
 
 /// Draws a mesh by its samples at the points of a regular lattice, which never leave the device.
 ///
-/// Samples are taken when the mesh changes; frames slice them ([`Slicing`]).
+/// Samples are taken when the mesh changes; frames slice them ([`Slicing`]). Or, in
+/// [`Mode::Slices`], by slices of the mesh itself.
 #[derive(Debug)]
 pub struct Resampling {
     options: ResamplingOptions,
+    way: Way,
+}
+
+#[derive(Debug)]
+enum Way {
+    Grid(Box<Gridded>),
+    Slices(Box<MeshSlices>),
+}
+
+/// A mesh, its samples, and what draws those.
+#[derive(Debug)]
+struct Gridded {
     resampler: Resampler,
     slicing: Slicing,
     cell_count: usize,
@@ -33,6 +47,13 @@ impl Resampling {
         appearance: &Appearance,
         options: &ResamplingOptions,
     ) -> Result<Resampling, Error> {
+        if options.mode == Mode::Slices {
+            let slices = MeshSlices::new(gpu, volume, appearance, &options.mesh_slices())?;
+            return Ok(Resampling {
+                options: options.clone(),
+                way: Way::Slices(Box::new(slices)),
+            });
+        }
         let mesh = mesh_of(volume)?;
         let lattice = options.lattice(mesh)?;
         let resampler = Resampler::new(gpu, mesh, &lattice, &options.resampler)?;
@@ -41,15 +62,20 @@ impl Resampling {
         let slicing = Slicing::from_device(gpu, grid, appearance, &options.slicing());
         Ok(Resampling {
             options: options.clone(),
-            slicing: slicing.map_err(renamed)?,
-            resampler,
-            cell_count: mesh.cell_count(),
+            way: Way::Grid(Box::new(Gridded {
+                slicing: slicing.map_err(renamed)?,
+                resampler,
+                cell_count: mesh.cell_count(),
+            })),
         })
     }
 
-    /// The mesh and its samples.
-    pub fn resampler(&self) -> &Resampler {
-        &self.resampler
+    /// The mesh and its samples, in [`Mode::Grid`].
+    pub fn resampler(&self) -> Option<&Resampler> {
+        match &self.way {
+            Way::Grid(gridded) => Some(&gridded.resampler),
+            Way::Slices(_) => None,
+        }
     }
 }
 
@@ -58,19 +84,27 @@ impl VolumeRenderer for Resampling {
     /// the commands; waits for nothing. Buffers and texture are used again unless there are more
     /// cells or other samples.
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+        let gridded = match &mut self.way {
+            Way::Slices(slices) => return slices.reload(volume),
+            Way::Grid(gridded) => gridded,
+        };
         let mesh = mesh_of(volume)?;
         let lattice = self.options.lattice(mesh)?;
-        self.resampler.reload_on(mesh, &lattice)?;
-        let resampler = &self.resampler;
-        self.slicing
+        gridded.resampler.reload_on(mesh, &lattice)?;
+        let resampler = &gridded.resampler;
+        gridded
+            .slicing
             .reload_made(resampler.grid(), |encoder| resampler.encode(encoder))
             .map_err(renamed)?;
-        self.cell_count = mesh.cell_count();
+        gridded.cell_count = mesh.cell_count();
         Ok(())
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        self.slicing.restyle(appearance).map_err(renamed)
+        match &mut self.way {
+            Way::Grid(gridded) => gridded.slicing.restyle(appearance).map_err(renamed),
+            Way::Slices(slices) => slices.restyle(appearance),
+        }
     }
 
     fn render(&self, view: &View) -> Result<Frame, Error> {
@@ -80,9 +114,26 @@ impl VolumeRenderer for Resampling {
 
 impl Draw for Resampling {
     fn canvas(&self) -> &Canvas {
-        self.slicing.canvas()
+        match &self.way {
+            Way::Grid(gridded) => gridded.slicing.canvas(),
+            Way::Slices(slices) => slices.canvas(),
+        }
     }
 
+    fn record(
+        &self,
+        commands: &mut Commands,
+        view: &View,
+        target: &Target,
+    ) -> Result<Recorded, Error> {
+        match &self.way {
+            Way::Grid(gridded) => gridded.record(commands, view, target),
+            Way::Slices(slices) => slices.record(commands, view, target),
+        }
+    }
+}
+
+impl Gridded {
     fn record(
         &self,
         commands: &mut Commands,

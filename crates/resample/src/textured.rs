@@ -14,7 +14,7 @@ use crate::options::{Passes, ResamplerOptions};
 use crate::placed::Placed;
 use crate::slabs::{Drawn, Elements, Slabs, compute};
 use crate::tables::{TABLE, Table, grown, holds};
-use crate::weights::weights;
+use crate::weights::upload;
 
 const LABEL: &str = "resample::textured";
 
@@ -326,14 +326,15 @@ impl Pipelines {
                 groups: vec![layouts.mesh.clone(), layouts.made.clone()],
             })
         };
+        let rounded = ("ROUNDED", tuning.rounded);
         let section = |cell_data: Constant, fragment, blend, compare, writes| {
             gpu.render_pipeline(&RenderProgram {
                 label: LABEL,
                 source: SECTION,
                 vertex: "vs_section",
-                vertex_constants: vec![cell_data],
+                vertex_constants: vec![cell_data, rounded],
                 fragment: Some(fragment),
-                constants: vec![("ROUNDED", tuning.rounded)],
+                constants: vec![rounded],
                 targets: vec![Some(wgpu::ColorTargetState {
                     format: SLICE_FORMAT,
                     blend,
@@ -416,14 +417,8 @@ fn bound_weights(
     side: u32,
     targets: &Targets,
 ) -> Result<[wgpu::BindGroup; 2], Error> {
-    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
-    let [of_back, of_front] = weights(side);
-    let upload = |texels: Vec<_>| -> Result<wgpu::Texture, Error> {
-        let texture = gpu.texture("resample::weights", (side, side), SLICE_FORMAT, usage)?;
-        gpu.write_texture(&texture, &texels)?;
-        Ok(texture)
-    };
-    let (of_back, of_front) = (upload(of_back)?, upload(of_front)?);
+    let ([of_back, of_front], nearest) = upload(gpu, side)?;
+    let usage = TextureUsages::TEXTURE_BINDING;
     // Not to be read.
     let none = gpu.texture("resample::no slice", (1, 1), SLICE_FORMAT, usage)?;
     let first = match &targets.second {
@@ -431,11 +426,6 @@ fn bound_weights(
         None => none.clone(),
     };
     gpu.checked(LABEL, 0, || {
-        // Clamped to the edge: beyond it one of the coordinates is negative.
-        let nearest = gpu.device().create_sampler(&wgpu::SamplerDescriptor {
-            label: Some(LABEL),
-            ..Default::default()
-        });
         [none, first].map(|first| {
             let views = [&of_back, &of_front, &first].map(|t| t.create_view(&Default::default()));
             let [of_back, of_front, first] = &views;

@@ -68,8 +68,11 @@ fn vs_section(
     let size = vec2f(work.high);
     let place = xy + 0.5;
     let clip = place / size * vec2f(2.0, -2.0) + vec2f(-1.0, 1.0);
+    // A grid often ends where the mesh does: larger by two roundings at its edges, the mesh covers
+    // them in spite of rounding. Fragments take that back as well.
+    let larger = 1.0 + 4.0 * ROUNDED / size;
     let faces = vec4f(distances * element.scale, scalars);
-    return Varying(vec4f(clip, 0.0, 1.0), faces, place, cell, element.range);
+    return Varying(vec4f(clip * larger, 0.0, 1.0), faces, place, cell, element.range);
 }
 
 // The first of two passes: what the front faces give.

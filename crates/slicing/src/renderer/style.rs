@@ -5,8 +5,8 @@ use std::sync::Arc;
 use tetrascope_core::appearance::ClipPlane;
 use tetrascope_core::glam::Vec4;
 use tetrascope_core::grid::{Lattice, SampleType};
-use tetrascope_core::{Appearance, Error, OpticalModel};
-use tetrascope_f32::{ANY_SCALAR, ScalarMap, deepest};
+use tetrascope_core::{Appearance, Error};
+use tetrascope_f32::{ANY_SCALAR, ScalarMap, deepest, is_transparent};
 use tetrascope_gpu::Gpu;
 use tetrascope_gpu::device_grid::Texels::Covered;
 use tetrascope_gpu::transfer_function::knot_pairs;
@@ -14,7 +14,6 @@ use tetrascope_gpu::wgpu::{self, BufferUsages};
 
 use crate::cull::CullData;
 use crate::frame::longest_slab;
-use crate::maxima::Maxima;
 use crate::octree::Visibility;
 use crate::options::{SlicingOptions, Traversal};
 use crate::samples::Samples;
@@ -128,7 +127,7 @@ impl Parts<'_> {
         };
         let slice = self.pass.data(gpu, &voxels, &look, options)?;
         Ok(Style {
-            shows: range.is_some_and(|range| shows(appearance, range)),
+            shows: !is_transparent(model, deepest),
             scale,
             appearance: appearance.clone(),
             kept: clip_planes(&appearance.clip_planes, &volume.lattice),
@@ -142,23 +141,6 @@ impl Parts<'_> {
         })
     }
 }
-
-/// Whether a scalar in a range, or just beside it, shows.
-fn shows(appearance: &Appearance, (low, high): (f64, f64)) -> bool {
-    // f32 may round a scalar to the other side of a knot.
-    let beside = BESIDE * low.abs().max(high.abs());
-    let (low, high) = (low - beside, high + beside);
-    match appearance.optical_model {
-        OpticalModel::Isosurfaces => {
-            let mut surfaces = appearance.isosurfaces.iter();
-            surfaces.any(|surface| surface.is_met(low, high))
-        }
-        _ => Maxima::new(appearance).over(low, high) > 0.0,
-    }
-}
-
-/// Some units of rounding in f32.
-const BESIDE: f64 = 1e-6;
 
 /// What planes keep of the lattice: n · p + d ≥ 0.
 fn clip_planes(planes: &[ClipPlane], lattice: &Lattice) -> Vec<Vec4> {

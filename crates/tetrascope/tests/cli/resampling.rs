@@ -109,6 +109,31 @@ fn samples_of_all_fields_are_written() {
 }
 
 #[test]
+fn samples_may_be_drawn_as_published() {
+    let folder = cube();
+    for passes in ["one", "two"] {
+        let line = format!("resample cube.vtk --dims 5 --passes {passes} --weights 1024 --slabs 3");
+        let run = folder.run(&line);
+        if lacks_adapter(&run) {
+            return;
+        }
+        run.succeeded();
+        let (_, arrays) = arrays(&folder, "cube.vti");
+        let at = |i: usize| 1e-6 + 0.5 * i as f64 * (1.0 - 1e-6);
+        for (i, sample) in arrays[0].1.iter().enumerate() {
+            let [x, y, z] = [i % 5, i / 5 % 5, i / 25].map(at);
+            let off = (f64::from(*sample) - (x + 2.0 * y - z)).abs();
+            // 1/1024 of a cell's range, of which the cube has 4.
+            assert!(off < 0.004, "{passes}, {i}: {sample}");
+        }
+        assert!(arrays[1].1.iter().all(|n| *n == 1.0), "all are inside");
+    }
+    let run = folder.run("resample cube.vtk --passes one --weights 33 -q");
+    let (error, _) = run.failed(2);
+    assert!(error.contains("even numbers"), "{error}");
+}
+
+#[test]
 fn samples_outside_are_what_is_asked_for() {
     let folder = cube();
     let line =

@@ -94,15 +94,15 @@ fn measure(made: &Resampler, mesh: &TetMesh, found: &[Vec<Candidate>], weights: 
     measured
 }
 
-/// A scalar is off by twice the difference between front and back, of which none is greater than
-/// the cell's range, divided by the texture's width (see `weights.rs`).
+/// A scalar is off by the difference between front and back, of which none is greater than the cell's
+/// range, divided by the texture's width (see `weights.rs`).
 fn is_held(measured: &Measured, what: &str) {
     eprintln!("{what}: {measured:?}");
     assert!(
         measured.inside > 1000 && measured.missed == 0,
         "{what}: {measured:?}"
     );
-    assert!(measured.texels <= 2.0, "{what}: {measured:?}");
+    assert!(measured.texels <= 1.0, "{what}: {measured:?}");
 }
 
 #[test]
@@ -206,6 +206,18 @@ fn no_sample_in_a_mesh_is_left_out() {
                 );
             }
         }
+    }
+    // A grid that ends with the mesh, as most do, but for a millionth.
+    let mesh = data_set("sphere", Some(5_000));
+    for dims in [[40, 33, 27], [2, 3, 100], [257, 2, 64]] {
+        let lattice = Lattice::over(&mesh.bounds(), dims).expect("a box");
+        let made = drawn(&gpu, &mesh, &lattice, &drawing(Passes::Two, 256));
+        let outside = texels(&made).iter().filter(|t| t[1] != 1.0).count();
+        let is_fine = beside(&gpu) == 1.0 / 64.0;
+        assert!(
+            outside == 0 || !is_fine,
+            "{outside} of {dims:?} are left out"
+        );
     }
     // A box, turned: all samples farther from its surface than rounding are inside.
     let mesh = data_set("sphere", Some(20_000));
