@@ -47,8 +47,23 @@ impl Table {
         self.0.create_view(&Default::default())
     }
 
-    /// Writes texels from the first on.
+    /// Writes texels from the first on. Of large meshes a part at a time: a queue keeps copies of all
+    /// that is not yet done.
     pub(crate) fn write(&self, gpu: &Gpu, bytes: &[u8]) -> Result<(), Error> {
+        let row = 16 * TEXELS_PER_ROW as usize;
+        let parts = bytes.chunks(ROWS_PER_PART * row);
+        let last = parts.len().saturating_sub(1);
+        for (index, part) in parts.enumerate() {
+            self.write_from(gpu, index * ROWS_PER_PART, part)?;
+            if index < last {
+                gpu.finish(gpu.device().create_command_encoder(&Default::default()))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes texels from the first one of row `y` on.
+    fn write_from(&self, gpu: &Gpu, y: usize, bytes: &[u8]) -> Result<(), Error> {
         let row = 16 * TEXELS_PER_ROW as usize;
         let (rows, last) = bytes.split_at(bytes.len() - bytes.len() % row);
         let write = |y: usize, width: usize, bytes: &[u8]| match bytes.is_empty() {
@@ -66,10 +81,13 @@ impl Table {
                 gpu.write_texels(&self.0, origin, size, bytes)
             }
         };
-        write(0, TEXELS_PER_ROW as usize, rows)?;
-        write(rows.len() / row, last.len() / 16, last)
+        write(y, TEXELS_PER_ROW as usize, rows)?;
+        write(y + rows.len() / row, last.len() / 16, last)
     }
 }
+
+/// Rows of a table that are written at a time: 16 MiB.
+const ROWS_PER_PART: usize = 256;
 
 const TABLE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
