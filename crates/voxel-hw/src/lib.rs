@@ -16,6 +16,8 @@
 //! 4. `offsets` are the places of samples within a voxel (§3).
 //! 5. [`Voxelizer`] goes through all cells and offsets (§2.2: `voxelize_all_cells`, §3.1:
 //!    `voxel_accumulation_buffer`), and [`VoxelVolume`] is what comes out.
+//! 6. [`errors`] measures how far that is from the mesh (§3.1, §5.4).
+//! 7. [`VoxelContext`] takes tetrahedra corner by corner (§5.5).
 //!
 //! ```
 //! use tetrascope_core::glam::{DMat3, DVec3};
@@ -97,7 +99,12 @@ mod offsets;
 mod volume;
 mod voxelizer;
 
+pub mod errors;
+mod interface;
+
+pub use errors::VoxelErrors;
 pub use fixed::{DEPTH_BITS, PLACE_BITS, SCALAR_BITS};
+pub use interface::{VoxelContext, voxels_over};
 pub use offsets::{MOST_RANDOM, MOST_REGULAR, Offsets};
 pub use options::{
     Arithmetic, Cells, FirstVoxel, MOST_SIDE, MOST_VOXELS, VoxelSize, VoxelizerOptions,

@@ -6,7 +6,7 @@ use tetrascope_core::{Error, Grid, TransferFunction};
 use crate::options::VoxelSize;
 use crate::voxelizer::{Counts, Voxelizer, emitted, in_range, zeros};
 
-/// Scalars as they are stored, x fastest; what was not written is 0, or NaN.
+/// Scalars as they are stored, x fastest; what was not written is 0.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Voxels {
     /// 0…255 for the field's range.
@@ -69,7 +69,7 @@ impl VoxelVolume {
             VoxelSize::Float => {
                 let mut voxels = zeros(sums.len())?;
                 let set = |(voxel, mean): (&mut f32, Option<f64>)| {
-                    *voxel = mean.map_or(f32::NAN, |mean| in_range(range, mean) as f32);
+                    *voxel = mean.map_or(0.0, |mean| in_range(range, mean) as f32);
                 };
                 voxels.iter_mut().zip(means()).for_each(set);
                 Voxels::F32(voxels)

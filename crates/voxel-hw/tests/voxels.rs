@@ -4,10 +4,10 @@ mod common;
 
 use std::sync::Arc;
 
-use common::{FIXED_AND_FLOAT, affine, lattice, options, voxelize};
+use common::{FIXED_AND_FLOAT, lattice, options, voxelize};
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::mesh::{Association, Split};
-use tetrascope_core::{Scalars, TetMesh};
+use tetrascope_core::{Knot, Scalars, TetMesh, TransferFunction};
 use tetrascope_testing::{data_set, kuhn, mesh, point_scalars};
 use tetrascope_voxel_hw::{
     Arithmetic, Cells, FirstVoxel, Offsets, VoxelSize, Voxelizer, VoxelizerOptions, Voxels,
@@ -62,7 +62,7 @@ fn turned_lattices_are_written_exactly_once() {
             let volume = voxelize(&mesh, [32; 3], options(arithmetic));
             assert_eq!(volume.overlaps(), 0);
             for (index, &writes) in volume.writes().iter().enumerate() {
-                let depth = inside(common::center(index, [32; 3]));
+                let depth = inside(center(index, [32; 3]));
                 // Snapping moves a face by at most √3/512 voxels, of which 8 are one unit here.
                 if depth.abs() > 0.0005 {
                     assert_eq!(writes, u32::from(depth > 0.0), "{arithmetic:?} {index}");
@@ -111,7 +111,7 @@ fn linear_fields_are_exact() {
                 // Stored as f32.
                 let bound = bound + high.abs().max(low.abs()) * 2f64.powi(-24);
                 for index in 0..side * side * side {
-                    let truth = field(common::center(index, [side; 3]));
+                    let truth = field(center(index, [side; 3]));
                     // Samples of a voxel at the border that miss take the mean with them.
                     if volume.coverage(index) == 1.0 {
                         let scalar = volume.scalar(index).expect("written");
@@ -138,7 +138,7 @@ fn rounded_first_voxels_are_off_by_less_than_a_voxel() {
         let volume = voxelize(&mesh, [8; 3], rounded);
         let errors = (0..512).map(|i| {
             let scalar = volume.scalar(i).expect("written");
-            common::center(i, [8; 3]).z - scalar
+            center(i, [8; 3]).z - scalar
         });
         let errors: Vec<f64> = errors.collect();
         let (least, most) = errors
@@ -181,7 +181,7 @@ fn the_staircase_fills_the_voxels_whose_centers_it_contains() {
                 };
                 assert_eq!(volume.counts().cells, expected as u64);
                 for index in 0..dims.iter().product() {
-                    let [x, y, z] = common::voxel(index, dims).map(|c| c as f64);
+                    let [x, y, z] = voxel(index, dims).map(|c| c as f64);
                     let place = lattice.point(DVec3::new(x, y, z));
                     let stair = place.floor();
                     let is_in = place.min_element() >= 0.0
@@ -256,7 +256,7 @@ fn cells_as_given_own_the_voxels_of_their_tetrahedra() {
                 // A linear field along z is the same between any two faces.
                 for index in 0..12 * 12 * 12 {
                     if let Some(scalar) = whole.scalar(index) {
-                        let z = common::center(index, [12; 3]).z;
+                        let z = center(index, [12; 3]).z;
                         // Vertices are snapped by 2⁻⁹ of a voxel; faces by as much.
                         assert!((scalar - z).abs() < 2f64.powi(-9) + 1e-4, "{scalar} {z}");
                     }
@@ -347,7 +347,7 @@ fn values_of_cells_are_constant_in_them() {
     for arithmetic in FIXED_AND_FLOAT {
         let volume = voxelize(&mesh, [4; 3], options(arithmetic));
         for index in 0..64 {
-            let [x, y, z] = common::voxel(index, [4; 3]).map(|c| c / 2);
+            let [x, y, z] = voxel(index, [4; 3]).map(|c| c / 2);
             let truth = (x + 2 * (y + 2 * z)) as f64;
             let scalar = volume.scalar(index).expect("written");
             // Half a step of the range's 7, rounded to 2⁻²⁴.
@@ -381,7 +381,7 @@ fn a_mesh_may_reach_beyond_its_voxels() {
             let voxelizer = Voxelizer::new(options).expect("valid");
             let all = voxelizer.voxelize(&mesh, &all).expect("voxels");
             for index in 0..5 * 6 * 7 {
-                let [x, y, z] = common::voxel(index, [5, 6, 7]).map(|c| c + 7);
+                let [x, y, z] = voxel(index, [5, 6, 7]).map(|c| c + 7);
                 let there = x + 21 * (y + 21 * z);
                 let [here, there] =
                     [part.scalar(index), all.scalar(there)].map(|s| s.expect("written"));
@@ -419,7 +419,7 @@ fn lattices_may_be_flipped_and_turned() {
             let volume = voxelizer.voxelize(&mesh, &lattice).expect("voxels");
             assert!(volume.writes().iter().all(|w| *w == 1), "{axes:?}");
             for index in 0..512 {
-                let [x, y, z] = common::voxel(index, [8; 3]).map(|c| c as f64);
+                let [x, y, z] = voxel(index, [8; 3]).map(|c| c as f64);
                 let truth = field(lattice.point(DVec3::new(x, y, z)));
                 let scalar = volume.scalar(index).expect("written");
                 // The range is 32.
@@ -507,7 +507,7 @@ fn transfer_functions_apply_before_or_after_the_mean() {
     let lattice = lattice([2, 2, 3]);
     let volume = voxelizer.voxelize(&mesh, &lattice).expect("voxels");
     // A ramp is linear: both agree. The second layer of voxels has extinction 1.5.
-    let ramp = common::transfer_function(&[(0.0, 0.0), (2.0, 2.0)]);
+    let ramp = transfer_function(&[(0.0, 0.0), (2.0, 2.0)]);
     let before = voxelizer
         .voxelize_colors(&mesh, &lattice, &ramp)
         .expect("voxels");
@@ -518,7 +518,7 @@ fn transfer_functions_apply_before_or_after_the_mean() {
     }
     assert!((before.voxels()[1][3] - 1.5).abs() <= 2f32.powi(-21));
     // A step within the first layer, at 0.5: half of its samples, 0.25 and 0.75, are beyond it.
-    let step = common::transfer_function(&[(0.6, 0.0), (0.6, 1.0)]);
+    let step = transfer_function(&[(0.6, 0.0), (0.6, 1.0)]);
     let before = voxelizer
         .voxelize_colors(&mesh, &lattice, &step)
         .expect("voxels");
@@ -531,6 +531,38 @@ fn transfer_functions_apply_before_or_after_the_mean() {
     assert_eq!(after.voxels()[8], [0.0; 4]);
 }
 
+/// Voxel `index`'s place along the axes.
+fn voxel(index: usize, [nx, ny, _]: [usize; 3]) -> [usize; 3] {
+    [index % nx, index / nx % ny, index / (nx * ny)]
+}
+
+/// The center of voxel `index` of unit voxels from the origin.
+fn center(index: usize, dims: [usize; 3]) -> DVec3 {
+    DVec3::from(voxel(index, dims).map(|c| c as f64 + 0.5))
+}
+
+/// Moves the inner vertices of a lattice of n³ cubes by up to `most` along each axis.
+fn jitter(points: &mut [DVec3], n: usize, most: f64, seed: u64) {
+    let mut random = common::random(seed);
+    let side = n + 1;
+    for (i, point) in points.iter_mut().enumerate() {
+        let place = [i % side, i / side % side, i / (side * side)];
+        if place.iter().all(|c| (1..n).contains(c)) {
+            *point += most * DVec3::new(random(), random(), random());
+        }
+    }
+}
+
+/// One color, and extinction by scalar.
+fn transfer_function(extinction: &[(f64, f64)]) -> TransferFunction {
+    let knot = |&(scalar, extinction): &(f64, f64)| Knot {
+        scalar,
+        color: DVec3::new(0.5, 0.25, 1.0),
+        extinction,
+    };
+    TransferFunction::new(extinction.iter().map(knot).collect()).expect("knots")
+}
+
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig::with_cases(48))]
 
@@ -539,14 +571,14 @@ proptest::proptest! {
     #[test]
     fn random_meshes_have_no_gaps(
         seed in 0u64..1 << 40,
-        jitter in 0.0..0.9f64,
+        most in 0.0..0.9f64,
         cells in 1usize..5,
     ) {
         let side = 6usize;
         let (mut points, tetrahedra) =
             kuhn(cells, DVec3::ZERO, DVec3::splat(side as f64), |_| true);
-        common::jitter(&mut points, cells, jitter * side as f64 / cells as f64 / 2.0, seed);
-        let mesh = mesh((points, tetrahedra), affine);
+        jitter(&mut points, cells, most * side as f64 / cells as f64 / 2.0, seed);
+        let mesh = mesh((points, tetrahedra), common::field);
         for arithmetic in FIXED_AND_FLOAT {
             let volume = voxelize(&mesh, [side; 3], options(arithmetic));
             let flat = volume.counts().inverted == 0 && mesh.report().flipped == 0;
