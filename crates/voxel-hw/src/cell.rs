@@ -17,6 +17,8 @@ pub(crate) enum Side {
 
 /// What happens while a cell is voxelized, in order. The model of the hardware listens, too.
 pub(crate) trait Events {
+    /// A cell with so many corners and triangles arrives, to be voxelized for each offset or not.
+    fn cell(&mut self, _corners: usize, _triangles: usize) {}
     /// A triangle is scan converted into a buffer.
     fn face(&mut self, _side: Side) {}
     /// A fragment at pixel (column, row) goes into a buffer.
@@ -28,6 +30,8 @@ pub(crate) trait Events {
     fn column(&mut self, _pixel: (i32, i32), _voxels: u32) {}
     /// Voxel (x, y, z) is given a scalar, in units of 2⁻³⁰ of the field's range.
     fn voxel(&mut self, at: [i32; 3], scalar: u32);
+    /// A cell is done for one offset.
+    fn cell_end(&mut self) {}
 }
 
 /// A polyhedron with the triangles of its faces, counterclockwise from outside.
@@ -137,6 +141,7 @@ impl<N: Number> Buffers<N> {
                 }
             }
         }
+        events.cell_end();
     }
 }
 

@@ -1,7 +1,8 @@
 //! Voxelization of unstructured grids between two buffers.
 //!
 //! C. E. Prakash and S. Manohar, "Hardware Architecture for Voxelization-based Volume Rendering
-//! of Unstructured Grids", 1995. This is its algorithm on the CPU, in readable form.
+//! of Unstructured Grids", 1995. This is its algorithm on the CPU, in readable form,
+//! and a model of the machine that it proposes.
 //!
 //! A cell's front faces are scan converted into one frame- and z-buffer and its back faces into
 //! another; what lies between the two is filled, column by column. Cells come one at a time, in
@@ -18,6 +19,7 @@
 //!    `voxel_accumulation_buffer`), and [`VoxelVolume`] is what comes out.
 //! 6. [`errors`] measures how far that is from the mesh (§3.1, §5.4).
 //! 7. [`VoxelContext`] takes tetrahedra corner by corner (§5.5).
+//! 8. [`machine`] is a model of the hardware, which makes the same voxels (§5.1 to §5.4).
 //!
 //! ```
 //! use tetrascope_core::glam::{DMat3, DVec3};
@@ -101,6 +103,7 @@ mod voxelizer;
 
 pub mod errors;
 mod interface;
+pub mod machine;
 
 pub use errors::VoxelErrors;
 pub use fixed::{DEPTH_BITS, PLACE_BITS, SCALAR_BITS};

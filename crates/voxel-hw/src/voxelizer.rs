@@ -144,6 +144,7 @@ impl Voxelizer {
     ) -> Result<(), Error> {
         let (dims, range) = (target.dims(), target.range());
         let prepared = prepare(index, polyhedron, range, dims, self.options.arithmetic)?;
+        target.cell(polyhedron.corners.len(), polyhedron.faces.len());
         let counts = target.counts();
         counts.cells += 1;
         let cell = match prepared {
@@ -206,6 +207,12 @@ impl AccumulationBuffer {
             writes: zeros(count)?,
             counts: Counts::default(),
         })
+    }
+
+    /// Adds what was summed elsewhere to voxel `index`.
+    pub(crate) fn add(&mut self, index: usize, sum: u64, writes: u32) {
+        self.sums[index] += sum;
+        self.writes[index] += writes;
     }
 
     pub(crate) fn finish(self, voxelizer: &Voxelizer) -> Result<VoxelVolume, Error> {
