@@ -2,7 +2,7 @@
 //!
 //! Pixel (i, j) is the column of voxels (i, j, k) for all k; its center is (i + 1/2, j + 1/2). A
 //! face covers the pixels whose centers it contains, those on its lower and left edges included,
-//! those on its upper and right edges not: as if every center were moved by (ε², ε).
+//! those on its upper and right edges not: as if every center were moved by (ε, ε²).
 
 use std::ops::Range;
 

@@ -360,3 +360,192 @@ impl Number for i32 {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::face::scan_convert;
+
+    /// Numbers in [0, below): SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
+    fn random(mut state: u64) -> impl FnMut(i32) -> i32 {
+        move |below| {
+            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((z ^ (z >> 31)) >> 33) as i32 % below
+        }
+    }
+
+    /// A triangle at a pixel in 128 bits: ⌈z − 1/2⌉, ⌊2¹⁹ z⌋ and ⌊2³⁰ s⌋, in voxels and ranges; `None`
+    /// where it does not cover the pixel's center, moved by (ε, ε²).
+    fn exact(triangle: &[Corner<i32>; 3], (column, row): (i32, i32)) -> Option<Fragment<i32>> {
+        let [x, y] = [center(column), center(row)].map(i128::from);
+        let wide = triangle.map(|c| [c.x, c.y, c.z, c.scalar].map(i128::from));
+        let cross = |p: [i128; 4], q: [i128; 4]| {
+            let edge = [q[0] - p[0], q[1] - p[1]];
+            let sign = edge[0] * (y - p[1]) - edge[1] * (x - p[0]);
+            // ε along x, then ε² along y.
+            let moved = if edge[1] != 0 { -edge[1] } else { edge[0] };
+            (
+                sign,
+                if sign != 0 {
+                    sign.signum()
+                } else {
+                    moved.signum()
+                },
+            )
+        };
+        let [a, b, c] = wide;
+        let sides = [cross(b, c), cross(c, a), cross(a, b)];
+        if !(sides[0].1 == sides[1].1 && sides[1].1 == sides[2].1) {
+            return None;
+        }
+        let area: i128 = sides.iter().map(|s| s.0).sum();
+        let value = |of: usize| -> i128 {
+            let shares = sides.iter().zip(wide);
+            shares.map(|(side, corner)| side.0 * corner[of]).sum()
+        };
+        let floor = |numerator: i128, bits: u32| {
+            let (n, d) = match area > 0 {
+                true => (numerator << bits, area),
+                false => (-(numerator << bits), -area),
+            };
+            n.div_euclid(d)
+        };
+        // ⌈z − 1/2⌉ = −⌊1/2 − z⌋ for z in 1/256.
+        let voxel = -floor(i128::from(HALF) * area - value(2), 0).div_euclid(1 << PLACE_BITS);
+        Some(Fragment {
+            voxel: voxel as i32,
+            depth: floor(value(2), DEPTH_SHIFT) as i32,
+            scalar: floor(value(3), SCALAR_SHIFT) as i32,
+        })
+    }
+
+    fn check(triangle: &[Corner<i32>; 3], window: &Window, step: usize) {
+        if i32::winding(triangle) == 0 {
+            return;
+        }
+        let mut extents = Vec::new();
+        let face = i32::form_buffers(triangle, window, &mut extents);
+        let mut found = std::collections::HashMap::new();
+        scan_convert::<i32>(&face, &extents, |column, row, fragment| {
+            let before = found.insert((column, row), fragment);
+            assert!(before.is_none());
+            assert!(window.columns.contains(&column) && window.rows.contains(&row));
+        });
+        let rows = window.rows.clone().step_by(step);
+        for pixel in rows.flat_map(|row| {
+            let columns = window.columns.clone().step_by(step);
+            columns.map(move |column| (column, row))
+        }) {
+            let truth = exact(triangle, pixel);
+            assert_eq!(found.get(&pixel), truth.as_ref(), "{triangle:?} {pixel:?}");
+        }
+    }
+
+    #[test]
+    fn faces_are_exact_at_every_pixel() {
+        let mut random = random(1);
+        for round in 0..4000 {
+            // Within and around eight pixels, also on their centers and corners.
+            let grid = [1, 64, 128][round % 3];
+            let mut number = || random(12 * ONE / grid) * grid - 2 * ONE;
+            let triangle = [(); 3].map(|()| {
+                let [x, y, z, scalar] = [(); 4].map(|()| number());
+                Corner {
+                    x,
+                    y,
+                    z,
+                    scalar: scalar.abs() << 12,
+                }
+            });
+            let window = Window {
+                columns: 0..8,
+                rows: 0..7,
+            };
+            check(&triangle, &window, 1);
+        }
+    }
+
+    /// The bounds of the module: cells of 1024 voxels, as far away as they may be, with the
+    /// steepest slopes. Overflow panics in tests.
+    #[test]
+    fn the_widest_cells_are_exact_as_well() {
+        let mut random = random(2);
+        let side = 1024 * ONE;
+        for round in 0..60 {
+            let first = [-1024 * ONE - HALF, 0, 1024 * ONE + HALF];
+            let [x0, y0, z0] = [(); 3].map(|()| first[random(3) as usize]);
+            let mut triangle = [(); 3].map(|()| Corner {
+                x: x0 + random(side + 1),
+                y: y0 + random(side + 1),
+                z: z0 + random(side + 1),
+                scalar: random((1 << SCALAR_BITS) + 1),
+            });
+            // Corners of the box, and slivers.
+            for corner in triangle.iter_mut().take(round % 4) {
+                let pick = |low: i32, bit: i32| low + bit * side;
+                corner.x = pick(x0, random(2));
+                corner.y = pick(y0, random(2));
+                corner.z = pick(z0, random(2));
+                corner.scalar = random(2) << SCALAR_BITS;
+            }
+            if round % 5 == 0 {
+                triangle[2].x = triangle[1].x + random(3) - 1;
+                triangle[2].y = triangle[1].y;
+            }
+            let window = Window {
+                columns: 0..1024,
+                rows: 0..1024,
+            };
+            check(&triangle, &window, 31);
+        }
+    }
+
+    #[test]
+    fn columns_are_exact_in_every_voxel() {
+        let mut random = random(3);
+        for round in 0..2000 {
+            let depth = |voxels: i32, part: i32| (voxels << DEPTH_BITS) + part;
+            let most = [4, 40, 1023][round % 3];
+            let near = depth(random(1024 - most), random(1 << DEPTH_BITS));
+            let far = near + depth(random(most), random(1 << DEPTH_BITS));
+            let first_center = |depth: i32| {
+                let half = 1 << (DEPTH_BITS - 1);
+                (depth + half - 1) >> DEPTH_BITS
+            };
+            let [front, back] = [near, far].map(|depth| Fragment {
+                voxel: first_center(depth),
+                depth,
+                scalar: random((1 << VALUE_BITS) + 1),
+            });
+            // Part of the column may be outside of the volume.
+            let first = front.voxel + random(2).min(back.voxel - front.voxel);
+            for at_center in [true, false] {
+                let mut next = first;
+                i32::fill(
+                    &front,
+                    &back,
+                    (first, back.voxel),
+                    at_center,
+                    |voxel, scalar| {
+                        assert_eq!(voxel, next);
+                        next += 1;
+                        let past = match at_center {
+                            true => {
+                                (i128::from(voxel) << DEPTH_BITS) + (1 << (DEPTH_BITS - 1))
+                                    - i128::from(near)
+                            }
+                            false => i128::from(voxel - front.voxel) << DEPTH_BITS,
+                        };
+                        let rise = i128::from(back.scalar) - i128::from(front.scalar);
+                        let thickness = i128::from(far - near).max(1);
+                        let truth = i128::from(front.scalar) + (past * rise).div_euclid(thickness);
+                        assert_eq!(i128::from(scalar), truth);
+                    },
+                );
+                assert_eq!(next, back.voxel.max(first));
+            }
+        }
+    }
+}

@@ -177,6 +177,12 @@ pub(crate) fn prepare<N: Number>(
         return Ok(Prepared::WithoutValue);
     }
     let corners = &polyhedron.corners;
+    if !corners.iter().all(|c| c.is_finite()) {
+        return Err(Error::Invalid {
+            what: format!("cell {index} is farther away than voxels can be counted"),
+            help: Some("take larger voxels".into()),
+        });
+    }
     let low = corners.iter().fold(DVec3::INFINITY, |low, c| low.min(*c));
     let high = corners
         .iter()

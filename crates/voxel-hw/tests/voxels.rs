@@ -315,6 +315,29 @@ fn slivers_are_harmless() {
     }
 }
 
+/// Sums of integers: neither the order of cells nor that of their corners matters, to the last bit.
+#[test]
+fn order_does_not_matter() {
+    let turn = common::rotation(7);
+    let (points, mut cells) = kuhn(4, DVec3::splat(-1.0), DVec3::ONE, |_| true);
+    let points: Vec<_> = points.iter().map(|p| turn * *p * 5.0 + 8.0).collect();
+    let options = VoxelizerOptions {
+        offsets: Offsets::Regular(3),
+        ..VoxelizerOptions::default()
+    };
+    let volume = |cells: &[[u32; 4]]| {
+        let mesh = mesh((points.clone(), cells.to_vec()), |p| p.x * p.y);
+        voxelize(&mesh, [16; 3], options)
+    };
+    let truth = volume(&cells);
+    cells.reverse();
+    for [a, b, c, d] in cells.iter_mut() {
+        (*a, *b, *c, *d) = (*d, *c, *b, *a);
+    }
+    assert!(truth == volume(&cells));
+    assert!(truth.counts().writes > 27 * 900);
+}
+
 #[test]
 fn cells_without_a_value_are_left_out() {
     let box_ = kuhn(2, DVec3::ZERO, DVec3::splat(4.0), |_| true);
