@@ -132,6 +132,12 @@ impl<N: Number> Buffers<N> {
                 let (Some(front), Some(back)) = (&self.front[at], &self.back[at]) else {
                     continue;
                 };
+                // Floats may swap the faces where they meet. Both ways every column of a mesh is
+                // filled without gaps, also where its cells are folded over each other.
+                let (front, back) = match back.voxel < front.voxel {
+                    true => (back, front),
+                    false => (front, back),
+                };
                 let (first, end) = (front.voxel.max(0), back.voxel.min(nz));
                 events.column((column, row), (end - first).max(0) as u32);
                 if first < end {

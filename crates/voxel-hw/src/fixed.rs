@@ -467,6 +467,29 @@ mod tests {
         }
     }
 
+    /// Depths less than 2⁻¹⁹ voxels behind a voxel's center are behind it.
+    #[test]
+    fn rests_decide_as_well() {
+        let side = 12 * ONE;
+        // The first row's centers are 1/3072 of the triangle's height from its lower edge, and so
+        // much, in 1/256 voxels, is z more than 1/2 voxel there.
+        let corner = |x, y, z| Corner { x, y, z, scalar: 0 };
+        let triangle = [
+            corner(0, HALF - 1, HALF),
+            corner(side, HALF - 1, HALF),
+            corner(0, HALF - 1 + side, HALF + 1),
+        ];
+        let window = Window {
+            columns: 0..8,
+            rows: 0..1,
+        };
+        let mut extents = Vec::new();
+        let face = i32::form_buffers(&triangle, &window, &mut extents);
+        let fragment = i32::fragment(&face, &extents[0].left);
+        assert_eq!((fragment.voxel, fragment.depth), (1, 1 << (DEPTH_BITS - 1)));
+        check(&triangle, &window, 1);
+    }
+
     /// The bounds of the module: cells of 1024 voxels, as far away as they may be, with the
     /// steepest slopes. Overflow panics in tests.
     #[test]

@@ -1,8 +1,8 @@
 //! The same in f64, for each pixel and voxel by itself: nothing is snapped, nothing accumulates.
 //!
 //! What two cells share, both compute alike: edges from their lower to their upper end, faces from
-//! their corners in one order. So columns have neither gaps nor voxels written twice, except
-//! where rounding, by 10⁻¹³ voxels or so, swaps two edges of a face or two faces of a cell.
+//! their corners in one order. So columns have neither gaps nor voxels written twice, but where
+//! rounding, by 10⁻¹³ voxels or so, swaps two faces of a cell: there voxels may be written twice.
 
 use tetrascope_core::glam::DVec3;
 

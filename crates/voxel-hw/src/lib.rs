@@ -85,8 +85,8 @@
 //! - In fixed point a vertex is moved by up to 2⁻⁹ voxels along each axis, and keeps its scalar. Cells that
 //!   are thinner than that may turn inside out. They are left out and counted
 //!   ([`Counts::inverted`]); their neighbors, which then overlap, write voxels twice.
-//! - With [`Arithmetic::Float`] a voxel's center that lies on a face but for rounding may be
-//!   written twice, and never not at all.
+//! - With [`Arithmetic::Float`] a voxel whose center lies on a face but for rounding may be written
+//!   several times, and is always written in a mesh without gaps.
 
 mod options;
 

@@ -6,7 +6,7 @@ use common::{FIXED_AND_FLOAT, field, lattice, options};
 use tetrascope_core::TetMesh;
 use tetrascope_core::glam::DVec3;
 use tetrascope_testing::{data_set, kuhn, mesh};
-use tetrascope_voxel_hw::machine::{MachineConfig, MachineReport, Merge, Voxelizing};
+use tetrascope_voxel_hw::machine::{Load, MachineConfig, MachineReport, Merge, Voxelizing};
 use tetrascope_voxel_hw::{Cells, Offsets, VoxelVolume, Voxelizer, VoxelizerOptions};
 
 const DIMS: [usize; 3] = [24; 3];
@@ -48,6 +48,11 @@ fn machines() -> Vec<MachineConfig> {
     machines
 }
 
+/// Of all units together.
+fn total(load: &Load) -> u64 {
+    (load.mean * load.units as f64).round() as u64
+}
+
 #[test]
 fn voxels_are_those_of_the_voxelizer_and_bytes_add_up() {
     for arithmetic in FIXED_AND_FLOAT {
@@ -71,6 +76,9 @@ fn voxels_are_those_of_the_voxelizer_and_bytes_add_up() {
                 assert_eq!(report.voxels, counts.writes);
                 let written = truth.writes().iter().filter(|w| **w > 0).count() as u64;
                 assert_eq!(report.texels, written);
+                // Each is in one texture memory, and all of these have some.
+                assert_eq!(total(&report.owned_texels), written);
+                assert!(report.owned_texels.balance() > 0.8, "{report}");
                 // Front and back face of a tetrahedron cover the same pixels.
                 assert_eq!(report.fragments, 2 * report.pixels);
                 assert!(report.examined >= report.pixels);
@@ -97,10 +105,7 @@ fn voxels_are_those_of_the_voxelizer_and_bytes_add_up() {
                 };
                 assert_eq!((buses.merge, buses.merge_host), (merge, merge_host));
 
-                // Work that is shared is all done: units times mean is what all of it costs.
-                let total = |load: &tetrascope_voxel_hw::machine::Load| {
-                    (load.mean * load.units as f64).round() as u64
-                };
+                // Work that is shared is all done.
                 let generators = u64::from(config.fragment_generators);
                 let scan = report.fragments * 4 + generators * report.triangles * 8;
                 assert_eq!(total(&report.scan_conversion), scan);

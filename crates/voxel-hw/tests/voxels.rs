@@ -10,7 +10,8 @@ use tetrascope_core::mesh::{Association, Split};
 use tetrascope_core::{Knot, Scalars, TetMesh, TransferFunction};
 use tetrascope_testing::{data_set, kuhn, mesh, point_scalars};
 use tetrascope_voxel_hw::{
-    Arithmetic, Cells, FirstVoxel, Offsets, VoxelSize, Voxelizer, VoxelizerOptions, Voxels,
+    Arithmetic, Cells, FirstVoxel, Offsets, VoxelSize, VoxelVolume, Voxelizer, VoxelizerOptions,
+    Voxels,
 };
 
 /// Every voxel of a box is in the box, so it is written once per sample: columns, edges and
@@ -264,6 +265,86 @@ fn cells_as_given_own_the_voxels_of_their_tetrahedra() {
             }
         }
     }
+}
+
+/// The far face along x is folded inward along a horizontal line: columns there are in the cell, out of
+/// it, and in it again. As it was given the cell is filled all through.
+#[test]
+fn dents_along_columns_are_filled() {
+    let points = [
+        [1.0, 1.0, 1.0],
+        [9.0, 1.0, 1.0],
+        [5.0, 11.0, 1.0],
+        [1.0, 11.0, 1.0],
+        [1.0, 1.0, 11.0],
+        [5.0, 1.0, 11.0],
+        [9.0, 11.0, 11.0],
+        [1.0, 11.0, 11.0],
+    ];
+    // Numbered so that the folded face, 1 2 6 5, is cut from 2 to 5.
+    let order = [0, 5, 1, 4, 2, 3, 7, 6];
+    let mut numbered = [DVec3::ZERO; 8];
+    for (corner, point) in points.iter().enumerate() {
+        numbered[order[corner]] = DVec3::from(*point);
+    }
+    let given = tetrascope_core::Cells {
+        types: vec![12],
+        offsets: vec![0, 8],
+        connectivity: order.map(|i| i as u64).to_vec(),
+    };
+    let scalars = point_scalars(vec![1.0; 8]);
+    let mesh = TetMesh::keeping_cells(
+        numbered.to_vec(),
+        Arc::new(given),
+        scalars,
+        Split::default(),
+    );
+    let mesh = mesh.expect("valid");
+    for arithmetic in FIXED_AND_FLOAT {
+        let [whole, cut] = [Cells::AsGiven, Cells::Tetrahedra].map(|cells| {
+            let options = VoxelizerOptions {
+                cells,
+                ..options(arithmetic)
+            };
+            voxelize(&mesh, [12; 3], options)
+        });
+        let mut filled = 0;
+        for pixel in 0..144 {
+            let column = |volume: &VoxelVolume| -> Vec<bool> {
+                let voxels = (0..12).map(|z| pixel + 144 * z);
+                voxels.map(|v| volume.writes()[v] > 0).collect()
+            };
+            let (whole, cut) = (column(&whole), column(&cut));
+            let written = |column: &[bool]| column.iter().filter(|w| **w).count();
+            assert!(cut.iter().zip(&whole).all(|(cut, whole)| whole >= cut));
+            if let Some(first) = whole.iter().position(|w| *w) {
+                let last = whole.iter().rposition(|w| *w).expect("the first");
+                assert_eq!(written(&whole), last - first + 1);
+            }
+            filled += written(&whole) - written(&cut);
+        }
+        assert!(filled > 0);
+    }
+}
+
+/// Flat cells that snapping turns inside out are left out.
+#[test]
+fn cells_that_snapping_inverts_are_left_out() {
+    let mut random = common::random(5);
+    let mut inverted = 0;
+    for _ in 0..200 {
+        let mut point = || 4.0 + 3.5 * DVec3::new(random(), random(), random());
+        let [a, b, c] = [point(), point(), point()];
+        let normal = (b - a).cross(c - a).normalize();
+        let d = (a + b + c) / 3.0 + 1e-4 * normal;
+        let mesh = mesh((vec![a, b, c, d], vec![[0, 1, 2, 3]]), |p| p.x);
+        let volume = voxelize(&mesh, [8; 3], VoxelizerOptions::default());
+        if volume.counts().inverted == 1 {
+            inverted += 1;
+            assert_eq!(volume.counts().faces, 0);
+        }
+    }
+    assert!((20..180).contains(&inverted), "{inverted}");
 }
 
 #[test]
@@ -552,6 +633,21 @@ fn transfer_functions_apply_before_or_after_the_mean() {
     // Nothing beyond the mesh.
     assert_eq!(before.voxels()[8], [0.0; 4]);
     assert_eq!(after.voxels()[8], [0.0; 4]);
+
+    // Half a voxel is half as much, both ways: the first layer goes from −1/2 to 1/2.
+    let larger = tetrascope_core::grid::Lattice {
+        origin: DVec3::new(0.0, 0.5, 0.5),
+        ..lattice
+    };
+    let one = transfer_function(&[(0.0, 1.0)]);
+    let before = voxelizer
+        .voxelize_colors(&mesh, &larger, &one)
+        .expect("voxels");
+    let volume = voxelizer.voxelize(&mesh, &larger).expect("voxels");
+    let after = volume.classify(&one).expect("voxels");
+    assert_eq!(volume.coverage(0), 0.5);
+    assert_eq!((before.voxels()[0][3], after.voxels()[0][3]), (0.5, 0.5));
+    assert_eq!((before.voxels()[1][3], after.voxels()[1][3]), (1.0, 1.0));
 }
 
 /// Voxel `index`'s place along the axes.
@@ -584,6 +680,20 @@ fn transfer_function(extinction: &[(f64, f64)]) -> TransferFunction {
         extinction,
     };
     TransferFunction::new(extinction.iter().map(knot).collect()).expect("knots")
+}
+
+/// A voxel's center on the diagonal around which six cells lie, one of them folded over the others: in
+/// floats, one face passed 2⁻⁵² behind the other, and the voxel between them was left out.
+#[test]
+fn faces_that_rounding_swaps_leave_no_gap() {
+    let (mut points, tetrahedra) = kuhn(3, DVec3::ZERO, DVec3::splat(6.0), |_| true);
+    jitter(&mut points, 3, 0.7434122386820307, 884324059134);
+    let mesh = mesh((points, tetrahedra), common::field);
+    assert_eq!(mesh.report().flipped, 1);
+    for arithmetic in FIXED_AND_FLOAT {
+        let volume = voxelize(&mesh, [6; 3], options(arithmetic));
+        assert!(volume.writes().iter().all(|writes| *writes > 0));
+    }
 }
 
 proptest::proptest! {

@@ -135,7 +135,8 @@ impl<'a> Engines<'a> {
     ) -> Result<(VoxelVolume, MachineReport), Error> {
         let config = self.config;
         let count = voxel_count(self.lattice.dims)? as u64;
-        let texels: u64 = self.textures.iter().map(|t| t.len() as u64).sum();
+        let owned: Vec<u64> = self.textures.iter().map(|t| t.len() as u64).collect();
+        let texels = owned.iter().sum();
         if config.voxelizing == Voxelizing::ImageEngines {
             // What was made in frame buffers is moved into texture memory, once.
             let bytes = texels * self.texel_bytes;
@@ -165,7 +166,7 @@ impl<'a> Engines<'a> {
                     _ => texels * (self.texel_bytes + ADDRESS_BYTES),
                 };
                 self.buses.merge = bytes;
-                let received = self.textures.iter().map(|own| texels - own.len() as u64);
+                let received = owned.iter().map(|own| texels - own);
                 bytes.div_ceil(bus).max(received.max().unwrap_or(0))
             }
             Merge::Readback => {
@@ -216,6 +217,7 @@ impl<'a> Engines<'a> {
             pixels: self.pixels,
             voxels: self.counts.writes,
             texels,
+            owned_texels: Load::of(&owned),
             host_cycles,
             geometry,
             triangle_bus_cycles: bus_cycles,

@@ -2,16 +2,16 @@
 
 use std::fmt;
 
-/// What units of a kind had to do, in cycles.
+/// What units of a kind had to do, in cycles, or what they hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
     /// How many units there are.
     pub units: u64,
-    /// The least busy one.
+    /// Of the least busy one.
     pub min: u64,
     /// In the mean.
     pub mean: f64,
-    /// The busiest one.
+    /// Of the busiest one.
     pub max: u64,
 }
 
@@ -71,6 +71,8 @@ pub struct MachineReport {
     pub voxels: u64,
     /// Texels that hold something.
     pub texels: u64,
+    /// The same in each fragment generator's texture memory, before these are made alike.
+    pub owned_texels: Load,
     /// Cycles in which the host's bus carries cells.
     pub host_cycles: u64,
     /// Geometry engines.
