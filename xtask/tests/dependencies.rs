@@ -7,7 +7,7 @@ use serde_json::Value;
 /// Packages by their names without `tetrascope-`: what each may be built with, and what its
 /// tests and benchmarks may use beside that. A rule for a package that does not exist yet
 /// harms nobody.
-const RULES: [(&str, &[&str], &[&str]); 17] = [
+const RULES: [(&str, &[&str], &[&str]); 18] = [
     ("core", &[], &[]),
     ("shaders", &[], &[]),
     ("f32", &["core"], &["shaders", "testing"]),
@@ -22,6 +22,12 @@ const RULES: [(&str, &[&str], &[&str]); 17] = [
     // It makes grids, and may have them drawn.
     (
         "resample",
+        &["core", "f32", "gpu", "shaders", "slicing"],
+        JUDGING,
+    ),
+    // As `resample`; so far it uses `core` alone.
+    (
+        "voxel-hw",
         &["core", "f32", "gpu", "shaders", "slicing"],
         JUDGING,
     ),
@@ -58,7 +64,7 @@ const LIBRARIES: &[&str] = &[
 ];
 
 /// Libraries that neither read nor write text, nor correct misspellings.
-const WITHOUT_TEXT: [&str; 8] = [
+const WITHOUT_TEXT: [&str; 9] = [
     "core",
     "datasets",
     "gpu",
@@ -67,6 +73,7 @@ const WITHOUT_TEXT: [&str; 8] = [
     "reference",
     "resample",
     "slicing",
+    "voxel-hw",
 ];
 
 /// The packages that do.

@@ -20,7 +20,7 @@ use crate::{Bounds, Error, is_value};
 
 pub use adjacency::FACES;
 pub use boundary::BoundaryStatistics;
-pub use cell_type::{type_name, volume_corners};
+pub use cell_type::{type_name, volume_corners, volume_faces};
 pub use report::MeshReport;
 pub use split::Split;
 

@@ -5,7 +5,9 @@
 //! our reconstruction, a staircase around a corner: on a floor of 3 × 3 cells
 //! stand columns of 4 − max(i, j) cells, which are 4 + 3 · 3 + 5 · 2 = 23.
 
-use tetrascope_core::mesh::Association;
+use std::sync::Arc;
+
+use tetrascope_core::mesh::{Association, Split};
 use tetrascope_core::{CameraFit, Cells, Error, Scalars, TetMesh};
 
 use crate::lattice::{Lattice, nearest_factors};
@@ -63,7 +65,8 @@ fn make(cells: u64, _seed: u64) -> Result<TetMesh, Error> {
         association: Association::Point,
         values: vec![1.0; points.len()],
     };
-    TetMesh::new(points, &cells, scalars)
+    // The paper fills them as they are.
+    TetMesh::keeping_cells(points, Arc::new(cells), scalars, Split::default())
 }
 
 /// The corners of a VTK hexahedron in its cube.
@@ -100,6 +103,7 @@ mod tests {
         let mesh = mesh(None);
         assert_eq!(mesh.report().cells_by_type.get(&12), Some(&23));
         assert_eq!(mesh.source_cell(mesh.cell_count() - 1), 22);
+        assert_eq!(mesh.cells().expect("kept").types, [12; 23]);
         assert_eq!(mesh.scalar_range(), Some((1.0, 1.0)));
         // Unit cubes; sixths round.
         assert!((checks::volume(&mesh) - 23.0).abs() < 1e-13);

@@ -185,6 +185,13 @@ pub fn volume_corners(cell_type: u8) -> Option<usize> {
     Kind::of(cell_type).shape().map(|shape| shape.corners)
 }
 
+/// The faces of a cell of VTK's type `cell_type`, if it is a volume that is drawn: each
+/// counterclockwise from outside, as positions among its corners ([`volume_corners`]). Curved
+/// cells have those of their corners.
+pub fn volume_faces(cell_type: u8) -> Option<&'static [&'static [usize]]> {
+    Kind::of(cell_type).shape().map(|shape| shape.faces)
+}
+
 /// What VTK calls a cell type, in the singular: "hexahedron".
 pub fn type_name(cell_type: u8) -> String {
     let name = match cell_type {

@@ -1,0 +1,119 @@
+//! Voxelization of unstructured grids between two buffers.
+//!
+//! C. E. Prakash and S. Manohar, "Hardware Architecture for Voxelization-based Volume Rendering
+//! of Unstructured Grids", 1995. This is its algorithm on the CPU, in readable form,
+//! and a model of the machine that it proposes.
+//!
+//! A cell's front faces are scan converted into one frame- and z-buffer and its back faces into
+//! another; what lies between the two is filled, column by column. Cells come one at a time, in
+//! any order, and nothing is asked of their neighbors.
+//!
+//! 1. `source` takes the cells of a mesh into voxel space, one after the other (§2.2.2).
+//! 2. `face` says what a face's extents per scan line are, and scan converts them. The numbers
+//!    for that are in `fixed`, as published, or in `float` (§2.2: `form_buffers`,
+//!    `scan_convert`).
+//! 3. `cell` has the two buffers, and fills what is between them (§2.1, §2.2.1:
+//!    `voxelize_between_two_buffers`).
+//! 4. `offsets` are the places of samples within a voxel (§3).
+//! 5. [`Voxelizer`] goes through all cells and offsets (§2.2: `voxelize_all_cells`, §3.1:
+//!    `voxel_accumulation_buffer`), and [`VoxelVolume`] is what comes out.
+//! 6. [`errors`] measures how far that is from the mesh (§3.1, §5.4).
+//! 7. [`VoxelContext`] takes tetrahedra corner by corner (§5.5).
+//! 8. [`machine`] is a model of the hardware, which makes the same voxels (§5.1 to §5.4).
+//!
+//! ```
+//! use tetrascope_core::glam::{DMat3, DVec3};
+//! use tetrascope_core::grid::{Interpolation, Lattice};
+//! use tetrascope_core::mesh::Association;
+//! use tetrascope_core::{Scalars, TetMesh};
+//! use tetrascope_voxel_hw::{Offsets, Voxelizer, VoxelizerOptions};
+//!
+//! let points = vec![DVec3::ZERO, DVec3::X * 8.0, DVec3::Y * 8.0, DVec3::Z * 8.0];
+//! let scalars = Scalars {
+//!     name: "x".into(),
+//!     association: Association::Point,
+//!     values: points.iter().map(|p| p.x).collect(),
+//! };
+//! let mesh = TetMesh::from_tetrahedra(points, vec![[0, 1, 2, 3]], scalars)?;
+//!
+//! let unit_voxels = Lattice {
+//!     dims: [8; 3],
+//!     origin: DVec3::splat(0.5),
+//!     spacing: DVec3::ONE,
+//!     direction: DMat3::IDENTITY,
+//!     interpolation: Interpolation::Nearest,
+//! };
+//! let voxelizer = Voxelizer::new(VoxelizerOptions {
+//!     offsets: Offsets::Regular(4),
+//!     ..VoxelizerOptions::default()
+//! })?;
+//! let voxels = voxelizer.voxelize(&mesh, &unit_voxels)?;
+//! assert_eq!(voxels.coverage(0), 1.0);
+//! assert!((voxels.scalar(0).expect("inside") - 0.5).abs() < 1e-6);
+//! let volume: f32 = (0..512).map(|voxel| voxels.coverage(voxel)).sum();
+//! assert!((volume - 512.0 / 6.0).abs() < 2.0);
+//! # Ok::<(), tetrascope_core::Error>(())
+//! ```
+//!
+//! # Where the paper leaves a choice
+//! - *Pixels and voxels on a border* belong to the face, or cell, that begins there: to the left,
+//!   below and in front. With [`Arithmetic::FixedPoint`] this is decided exactly, so each voxel
+//!   center in a mesh of tetrahedra, none of which snapping turned inside out, is written once.
+//! - *"Adding a 0.5"* (§2.2.1) is read as ⌈z − 1/2⌉: the first voxel is the first whose center is
+//!   not in front of the face, and takes the face's scalar ([`FirstVoxel::Rounded`]). The "more
+//!   accurate method", to interpolate from neighboring pixels, is here to interpolate along the
+//!   column between both faces ([`FirstVoxel::Interpolated`]), which is exact in a tetrahedron.
+//! - *Cells other than tetrahedra* ([`Cells::AsGiven`]): their faces are cut into triangles before they
+//!   are scan converted, with the diagonals of the mesh's own tetrahedra
+//!   ([`Split::SmallestIndex`](tetrascope_core::mesh::Split::SmallestIndex)). Where such a cell
+//!   has a dent along z, it is filled.
+//! - *Samples of a voxel that miss the mesh* count towards coverage, not towards the scalar.
+//! - *Random sample points* come in pairs of opposites, so that their mean is the center.
+//!
+//! # Departures from the paper
+//! - *Extents* hold depth and scalar at their left end alone. Its slope along the scan line is that of
+//!   the face, found once, as the geometry engines of §5.1 do it: a slope of its own for each
+//!   scan line would be rounded by itself, and the faces of a thin cell could cross.
+//! - *A voxel that is written again*, as cells overlap, holds the mean. As published the last one
+//!   stays, which depends on the order of cells.
+//! - *A voxel is written with its scalar*; the transfer function comes after, unless one asks for
+//!   [`Voxelizer::voxelize_colors`].
+//!
+//! # Limits
+//! - At most [`MOST_SIDE`] voxels along an axis, and [`MOST_VOXELS`] in all. In fixed point no cell
+//!   is wider than [`MOST_SIDE`] voxels, also where most of it is outside of the volume.
+//! - In fixed point a vertex is moved by up to 2⁻⁹ voxels along each axis, and keeps its scalar. Cells that
+//!   are thinner than that may turn inside out. They are left out and counted
+//!   ([`Counts::inverted`]); their neighbors, which then overlap, write voxels twice.
+//! - With [`Arithmetic::Float`] a voxel whose center lies on a face but for rounding may be written
+//!   several times, and is always written in a mesh without gaps.
+
+mod options;
+
+mod source;
+
+mod face;
+mod fixed;
+mod float;
+
+mod cell;
+mod offsets;
+mod volume;
+mod voxelizer;
+
+pub mod errors;
+mod interface;
+pub mod machine;
+
+pub use errors::VoxelErrors;
+pub use fixed::{DEPTH_BITS, PLACE_BITS, SCALAR_BITS};
+pub use interface::{VoxelContext, voxels_over};
+pub use offsets::{MOST_RANDOM, MOST_REGULAR, Offsets};
+pub use options::{
+    Arithmetic, Cells, FirstVoxel, MOST_SIDE, MOST_VOXELS, VoxelSize, VoxelizerOptions,
+};
+pub use volume::{ColorVolume, VoxelVolume, Voxels};
+pub use voxelizer::{Counts, Voxelizer};
+
+/// The algorithm's name.
+pub const NAME: &str = "voxel-hw";

@@ -1,0 +1,61 @@
+//! The machine that the paper proposes (sections 5.1 to 5.4): RealityEngine, with voxels.
+//!
+//! K. Akeley, "RealityEngine Graphics", SIGGRAPH 1993, is the machine without. A cell goes from the
+//! host to a geometry engine, which classifies and sets up its triangles; these go over the
+//! triangle bus to all fragment generators, each of which rasterizes its own pixels and
+//! sends fragments to its own image engines, which keep the two frame- and z-buffers. Then the image
+//! engines send back the pixels that the cell touched, and the fragment generators interpolate
+//! between the two and write the voxels into their texture memories. When all cells are done the
+//! texture memories are made alike.
+//!
+//! 1. [`config`] is the machine's numbers, each with its source.
+//! 2. `interleave` says which engine has which pixel.
+//! 3. `engines` counts what each engine does while the voxelizer runs; each fragment generator
+//!    writes the voxels of its own pixels into a texture memory of its own.
+//! 4. [`report`] is what was counted.
+//!
+//! # What this is
+//! A deterministic count of events, weighed with cycles: neither queues nor memory banks are
+//! simulated. Two times bound what a machine with these weights needs: one in which all stages
+//! work at once without ever waiting, and one in which the image engines wait for all fragments of
+//! a cell, and everything waits for them. The voxels are those of [`Voxelizer::voxelize`], to the
+//! last bit, though each engine has made its own part alone.
+//!
+//! The paper "can only surmise" a performance (section 7), and most weights are our assumptions: they
+//! are good for comparing variants of the machine, not for saying how fast it would have been.
+//!
+//! # Limits
+//! Drawing the voxels (section 4) takes no time here.
+
+pub mod config;
+mod engines;
+mod interleave;
+pub mod report;
+
+use tetrascope_core::grid::Lattice;
+use tetrascope_core::{Error, TetMesh};
+
+pub use config::{MachineConfig, Merge, Voxelizing};
+pub use report::{Buses, Load, MachineReport};
+
+use crate::volume::VoxelVolume;
+use crate::voxelizer::Voxelizer;
+use engines::Engines;
+
+impl Voxelizer {
+    /// The voxels of `mesh` as a machine makes them, and what it did.
+    ///
+    /// # Errors
+    /// As [`Voxelizer::voxelize`], and a machine that cannot be ([`MachineConfig`]).
+    pub fn simulate(
+        &self,
+        mesh: &TetMesh,
+        lattice: &Lattice,
+        config: &MachineConfig,
+    ) -> Result<(VoxelVolume, MachineReport), Error> {
+        config.check()?;
+        let mut engines = Engines::new(self, lattice, self.range(mesh), config)?;
+        self.add_mesh(mesh, lattice, &mut engines)?;
+        engines.finish(self)
+    }
+}

@@ -1,0 +1,342 @@
+//! The engines: what each has to do, and the texture memory of each fragment generator.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use tetrascope_core::Error;
+use tetrascope_core::grid::Lattice;
+
+use super::config::{MachineConfig, Merge, Voxelizing};
+use super::interleave::Interleave;
+use super::report::{Buses, Load, MachineReport};
+use crate::cell::{Events, Side};
+use crate::options::{VoxelSize, voxel_count};
+use crate::volume::VoxelVolume;
+use crate::voxelizer::{AccumulationBuffer, Counts, Target, Voxelizer, index};
+
+/// A sum of scalars and how many they are.
+type Texel = (u64, u32);
+
+/// Cycles of units of a kind: in all, and for the present cell.
+#[derive(Debug)]
+struct Clocks {
+    total: Vec<u64>,
+    now: Vec<u64>,
+}
+
+impl Clocks {
+    fn new(units: u32) -> Clocks {
+        Clocks {
+            total: vec![0; units as usize],
+            now: vec![0; units as usize],
+        }
+    }
+
+    fn spend(&mut self, unit: usize, cycles: u64) {
+        self.total[unit] += cycles;
+        self.now[unit] += cycles;
+    }
+
+    /// The busiest unit's cycles for the cell that ends.
+    fn end_cell(&mut self) -> u64 {
+        let most = self.now.iter().copied().max().unwrap_or(0);
+        self.now.fill(0);
+        most
+    }
+}
+
+/// A machine at work.
+#[derive(Debug)]
+pub(super) struct Engines<'a> {
+    config: &'a MachineConfig,
+    interleave: Interleave,
+    lattice: Lattice,
+    range: (f64, f64),
+    samples: u64,
+    texel_bytes: u64,
+    counts: Counts,
+
+    geometry: Vec<u64>,
+    next_geometry: usize,
+    scan_conversion: Clocks,
+    merging: Clocks,
+    returning: Clocks,
+    interpolation: Clocks,
+    lockstep: u64,
+
+    /// What each fragment generator holds: texels of its own pixels.
+    textures: Vec<BTreeMap<usize, Texel>>,
+    passes: u64,
+    triangles: u64,
+    fragments: u64,
+    examined: u64,
+    pixels: u64,
+    buses: Buses,
+}
+
+impl<'a> Engines<'a> {
+    pub(super) fn new(
+        voxelizer: &Voxelizer,
+        lattice: &Lattice,
+        range: (f64, f64),
+        config: &'a MachineConfig,
+    ) -> Result<Engines<'a>, Error> {
+        lattice.validate()?;
+        voxel_count(lattice.dims)?;
+        let samples = voxelizer.offsets().len() as u64;
+        let scalar_bytes = match voxelizer.options().voxel_size {
+            VoxelSize::Bits8 => 1,
+            VoxelSize::Bits16 => 2,
+            VoxelSize::Bits32 | VoxelSize::Float => 4,
+        };
+        let generators = config.fragment_generators;
+        let images = generators * config.image_engines;
+        Ok(Engines {
+            config,
+            interleave: Interleave::new(generators, config.image_engines),
+            lattice: *lattice,
+            range,
+            samples,
+            // A byte of coverage, where it is not all or nothing.
+            texel_bytes: scalar_bytes + u64::from(samples > 1),
+            counts: Counts::default(),
+            geometry: vec![0; config.geometry_engines as usize],
+            next_geometry: 0,
+            scan_conversion: Clocks::new(generators),
+            merging: Clocks::new(images),
+            returning: Clocks::new(images),
+            interpolation: Clocks::new(match config.voxelizing {
+                Voxelizing::FragmentGenerators => generators,
+                Voxelizing::ImageEngines => images,
+            }),
+            lockstep: 0,
+            textures: vec![BTreeMap::new(); generators as usize],
+            passes: 0,
+            triangles: 0,
+            fragments: 0,
+            examined: 0,
+            pixels: 0,
+            buses: Buses::default(),
+        })
+    }
+
+    /// Who fills the column of a pixel.
+    fn interpolator(&self, engine: usize) -> usize {
+        match self.config.voxelizing {
+            Voxelizing::FragmentGenerators => self.interleave.generator(engine),
+            Voxelizing::ImageEngines => engine,
+        }
+    }
+
+    /// Makes the texture memories alike, and reports.
+    pub(super) fn finish(
+        mut self,
+        voxelizer: &Voxelizer,
+    ) -> Result<(VoxelVolume, MachineReport), Error> {
+        let config = self.config;
+        let count = voxel_count(self.lattice.dims)? as u64;
+        let owned: Vec<u64> = self.textures.iter().map(|t| t.len() as u64).collect();
+        let texels = owned.iter().sum();
+        if config.voxelizing == Voxelizing::ImageEngines {
+            // What was made in frame buffers is moved into texture memory, once.
+            let bytes = texels * self.texel_bytes;
+            self.buses.pixels += bytes;
+            self.buses.texture += bytes;
+            for (index, _) in self.textures.iter().flatten() {
+                let [nx, ny, _] = self.lattice.dims;
+                let pixel = ((index % nx) as i32, (index / nx % ny) as i32);
+                let engine = self.interleave.engine(pixel);
+                let cycles = self
+                    .texel_bytes
+                    .div_ceil(config.link_bytes_per_cycle.into());
+                self.returning.total[engine] += cycles;
+                self.returning.now[engine] += cycles;
+            }
+            self.lockstep += self.returning.end_cell();
+        }
+
+        let bus = u64::from(config.triangle_bus_bytes_per_cycle);
+        let host = u64::from(config.host_bytes_per_cycle);
+        let texture_bytes = count * self.texel_bytes;
+        let merge_cycles = match config.merge {
+            Merge::Broadcast => {
+                // A texel goes with its address, and each other fragment generator writes it.
+                let bytes = match config.fragment_generators {
+                    1 => 0,
+                    _ => texels * (self.texel_bytes + ADDRESS_BYTES),
+                };
+                self.buses.merge = bytes;
+                let received = owned.iter().map(|own| texels - own);
+                bytes.div_ceil(bus).max(received.max().unwrap_or(0))
+            }
+            Merge::Readback => {
+                self.buses.merge_host = 2 * texture_bytes;
+                self.buses.merge = texture_bytes;
+                let host_cycles = (2 * texture_bytes).div_ceil(host);
+                host_cycles.max(texture_bytes.div_ceil(bus)).max(count)
+            }
+        };
+        // Pixels are apart, so texels of different fragment generators never meet.
+        let mut merged = AccumulationBuffer::new(&self.lattice, self.range)?;
+        *merged.counts() = self.counts;
+        for (index, (sum, writes)) in std::mem::take(&mut self.textures).into_iter().flatten() {
+            merged.add(index, sum, writes);
+        }
+
+        let add =
+            |a: &[u64], b: &[u64]| -> Vec<u64> { a.iter().zip(b).map(|(a, b)| a + b).collect() };
+        let image_engines = add(&self.merging.total, &self.returning.total);
+        let host_cycles = self.buses.host.div_ceil(host);
+        let bus_cycles = self.buses.triangles.div_ceil(bus);
+        // Interpolation takes its turns with what else its engine does.
+        let (generators, images) = match config.voxelizing {
+            Voxelizing::FragmentGenerators => (
+                add(&self.scan_conversion.total, &self.interpolation.total),
+                image_engines.clone(),
+            ),
+            Voxelizing::ImageEngines => (
+                self.scan_conversion.total.clone(),
+                add(&image_engines, &self.interpolation.total),
+            ),
+        };
+        let geometry = Load::of(&self.geometry);
+        let ahead = host_cycles.max(geometry.max).max(bus_cycles);
+        let pipelined = ahead
+            .max(Load::of(&generators).max)
+            .max(Load::of(&images).max);
+        let column_bits = match config.voxelizing {
+            Voxelizing::FragmentGenerators => 0,
+            Voxelizing::ImageEngines => self.lattice.dims[2] as u64 * 8 * self.texel_bytes,
+        };
+        let pixel_bits = 8 * u64::from(config.pixel_bytes) + column_bits;
+        let report = MachineReport {
+            passes: self.passes,
+            triangles: self.triangles,
+            fragments: self.fragments,
+            examined: self.examined,
+            pixels: self.pixels,
+            voxels: self.counts.writes,
+            texels,
+            owned_texels: Load::of(&owned),
+            host_cycles,
+            geometry,
+            triangle_bus_cycles: bus_cycles,
+            scan_conversion: Load::of(&self.scan_conversion.total),
+            image_engines: Load::of(&image_engines),
+            interpolation: Load::of(&self.interpolation.total),
+            merge_cycles,
+            pipelined_cycles: pipelined,
+            lockstep_cycles: ahead.max(self.lockstep),
+            buses: self.buses,
+            texture_bytes,
+            texture_fits: texture_bytes <= config.texture_bytes,
+            pixel_bits,
+            pixel_fits: pixel_bits <= config.pixel_bits.into(),
+            clock: f64::from(config.clock_mhz) * 1e6,
+        };
+        Ok((merged.finish(voxelizer)?, report))
+    }
+}
+
+/// Where a texel is, on the bus.
+const ADDRESS_BYTES: u64 = 4;
+
+impl Target for Engines<'_> {
+    fn dims(&self) -> [usize; 3] {
+        self.lattice.dims
+    }
+
+    fn range(&self) -> (f64, f64) {
+        self.range
+    }
+
+    fn counts(&mut self) -> &mut Counts {
+        &mut self.counts
+    }
+}
+
+impl Events for Engines<'_> {
+    fn cell(&mut self, corners: usize, triangles: usize) {
+        // The grid is sent again for each offset.
+        let corners = corners as u64 * u64::from(self.config.corner_bytes);
+        self.buses.host += self.samples * corners;
+        let cycles = triangles as u64 * u64::from(self.config.geometry_cycles_per_triangle);
+        for _ in 0..self.samples {
+            self.geometry[self.next_geometry] += cycles;
+            self.next_geometry = (self.next_geometry + 1) % self.geometry.len();
+        }
+    }
+
+    fn face(&mut self, _: Side) {
+        self.counts.faces += 1;
+        self.triangles += 1;
+        self.buses.triangles += u64::from(self.config.triangle_bytes);
+        for generator in 0..self.textures.len() {
+            self.scan_conversion
+                .spend(generator, self.config.setup_cycles.into());
+        }
+    }
+
+    fn fragment(&mut self, _: Side, pixel: (i32, i32)) {
+        self.counts.fragments += 1;
+        let engine = self.interleave.engine(pixel);
+        let generator = self.interleave.generator(engine);
+        self.scan_conversion
+            .spend(generator, self.config.fragment_cycles.into());
+        self.buses.fragments += u64::from(self.config.fragment_bytes);
+        self.merging.spend(engine, self.config.merge_cycles.into());
+        self.fragments += 1;
+    }
+
+    fn faces_end(&mut self, columns: Range<i32>, rows: Range<i32>) {
+        for pixel in rows.flat_map(|row| columns.clone().map(move |column| (column, row))) {
+            let engine = self.interleave.engine(pixel);
+            self.returning
+                .spend(engine, self.config.examine_cycles.into());
+            self.examined += 1;
+        }
+    }
+
+    fn column(&mut self, pixel: (i32, i32), voxels: u32) {
+        self.counts.columns += 1;
+        self.counts.writes += u64::from(voxels);
+        self.pixels += 1;
+        let engine = self.interleave.engine(pixel);
+        let config = self.config;
+        // With several samples a texel is read before it is written (section 5.4).
+        let accesses = 1 + u64::from(self.samples > 1);
+        let cycles_per_voxel = match config.voxelizing {
+            Voxelizing::FragmentGenerators => {
+                let bytes = u64::from(config.pixel_bytes);
+                self.buses.pixels += bytes;
+                let cycles = bytes.div_ceil(config.link_bytes_per_cycle.into());
+                self.returning.spend(engine, cycles);
+                self.buses.texture += u64::from(voxels) * accesses * self.texel_bytes;
+                config.voxel_cycles
+            }
+            Voxelizing::ImageEngines => config.image_voxel_cycles,
+        };
+        let cycles = u64::from(config.column_cycles)
+            + u64::from(voxels) * accesses * u64::from(cycles_per_voxel);
+        self.interpolation.spend(self.interpolator(engine), cycles);
+    }
+
+    fn voxel(&mut self, at: [i32; 3], scalar: u32) {
+        let [x, y, _] = at;
+        let generator = self.interleave.generator(self.interleave.engine((x, y)));
+        let texel = self.textures[generator]
+            .entry(index(self.lattice.dims, at))
+            .or_default();
+        texel.0 += u64::from(scalar);
+        texel.1 += 1;
+    }
+
+    fn cell_end(&mut self) {
+        self.passes += 1;
+        // Image engines take fragments while these are made.
+        let fragments = self.scan_conversion.end_cell();
+        self.lockstep += fragments.max(self.merging.end_cell())
+            + self.returning.end_cell()
+            + self.interpolation.end_cell();
+    }
+}
