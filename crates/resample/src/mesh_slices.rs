@@ -51,7 +51,10 @@ use crate::slabs::{Drawn, Slabs, compute};
 
 const LABEL: &str = "resample::mesh slices";
 
-/// Draws a mesh slice by slice.
+/// Draws a mesh slice by slice, in every optical model but isosurfaces.
+///
+/// Planes face the camera; what lies between two of them is not seen, so the error falls with their
+/// number. The eye must be outside of the box around the mesh, in front of all of it.
 #[derive(Debug)]
 pub struct MeshSlices {
     canvas: Canvas,
