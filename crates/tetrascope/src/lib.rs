@@ -31,7 +31,7 @@
 //!
 //! # Features
 //! One a renderer: `reference` (CPU), `projection`, `raycast-peel`, `resample` and `slicing` (GPU);
-//! `cli` is the program. Without them this crate reads and describes volumes and draws none.
+//! `voxel-hw` makes voxels, and draws none yet; `cli` is the program. Without them this crate reads and describes volumes and draws none.
 
 pub use tetrascope_core as core;
 pub use tetrascope_datasets as datasets;
@@ -49,6 +49,8 @@ pub use tetrascope_resample as resample;
 pub use tetrascope_scene as scene;
 #[cfg(feature = "slicing")]
 pub use tetrascope_slicing as slicing;
+#[cfg(feature = "voxel-hw")]
+pub use tetrascope_voxel_hw as voxel_hw;
 
 pub mod algorithms;
 mod context;

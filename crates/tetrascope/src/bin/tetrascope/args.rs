@@ -16,6 +16,10 @@ use tetrascope::help;
 use tetrascope::resample::{Passes, ResamplerOptions};
 #[cfg(feature = "resample")]
 use tetrascope::resampling::Dims;
+#[cfg(feature = "voxel-hw")]
+use tetrascope::voxel_hw::machine::MachineConfig;
+#[cfg(feature = "voxel-hw")]
+use tetrascope::voxel_hw::{Arithmetic, FirstVoxel};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -36,6 +40,7 @@ Examples:
   tetrascope render mesh.vtu --camera fit+x --colormap inferno --size 800x600
   tetrascope render 'step_*.vtu' -o frame_%04d.png
   tetrascope resample mesh.vtu --dims 256 --all-fields -o grid.vti
+  tetrascope voxelize mesh.vtu --dims 128 --samples 3 -o grid.vti
   tetrascope slice mesh.vtu --plane 0,0,0,1,1,0 -o slice.png
   tetrascope print-scene mesh.vtu > scene.toml
   tetrascope render --scene scene.toml --algorithm projection -o scene.exr";
@@ -82,6 +87,12 @@ pub(crate) enum Command {
     /// Draw the section of a mesh by a plane, or write its samples
     #[cfg(feature = "resample")]
     Slice(SliceArgs),
+    /// Make voxels of a mesh between two buffers, on the CPU, and write them as a .vti file
+    #[cfg(feature = "voxel-hw")]
+    Voxelize(VoxelizeArgs),
+    /// Voxelize a mesh in a model of the machine that was proposed for it, and say what it took
+    #[cfg(feature = "voxel-hw")]
+    Machine(MachineArgs),
     /// List the algorithms, each with its paper and its settings
     Algorithms,
     /// List the graphics adapters
@@ -189,7 +200,7 @@ pub(crate) struct InfoArgs {
 }
 
 /// A mesh, and which of its fields.
-#[cfg(feature = "resample")]
+#[cfg(any(feature = "resample", feature = "voxel-hw"))]
 #[derive(Args)]
 pub(crate) struct MeshArgs {
     /// A file with a mesh, or a data set's name
@@ -277,6 +288,64 @@ pub(crate) struct SliceArgs {
     pub(crate) output: Option<PathBuf>,
 }
 
+/// Which voxels of a mesh.
+#[cfg(feature = "voxel-hw")]
+#[derive(Args)]
+pub(crate) struct VoxelArgs {
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
+    /// The field, as `info` lists it [default: the first that varies]
+    #[arg(short, long, value_name = "NAME")]
+    pub(crate) field: Option<String>,
+    /// The most voxels along each axis, or NXxNYxNZ; they are cubes
+    #[arg(short, long, value_name = "N|NXxNYxNZ", value_parser = voxel_dims, default_value = "128")]
+    pub(crate) dims: [usize; 3],
+    /// Samples along each axis of a voxel: their mean is its scalar, their share its coverage
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) samples: u32,
+    /// The numbers: published fixed point, or 64-bit floats
+    #[arg(long, value_name = "HOW", value_parser = arithmetics(), default_value = "fixed-point")]
+    pub(crate) arithmetic: Arithmetic,
+    /// The first voxel of a column: rounded as published, or interpolated
+    #[arg(long, value_name = "HOW", value_parser = first_voxels(), default_value = "interpolated")]
+    pub(crate) first_voxel: FirstVoxel,
+}
+
+#[cfg(feature = "voxel-hw")]
+#[derive(Args)]
+pub(crate) struct VoxelizeArgs {
+    #[command(flatten)]
+    pub(crate) voxels: VoxelArgs,
+    /// Where to write: .vti [default: NAME.vti here]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Compress the file (zlib)
+    #[arg(long)]
+    pub(crate) compress: bool,
+}
+
+#[cfg(feature = "voxel-hw")]
+#[derive(Args)]
+pub(crate) struct MachineArgs {
+    #[command(flatten)]
+    pub(crate) voxels: VoxelArgs,
+    /// Fragment generators; the published machines have 5, 10 and 20
+    #[arg(long, value_name = "N", default_value_t = MachineConfig::default().fragment_generators)]
+    pub(crate) generators: u32,
+    /// Image engines of each fragment generator
+    #[arg(long, value_name = "N", default_value_t = MachineConfig::default().image_engines)]
+    pub(crate) image_engines: u32,
+    /// Cycles per microsecond
+    #[arg(long, value_name = "MHZ", default_value_t = MachineConfig::default().clock_mhz)]
+    pub(crate) clock: u32,
+    /// Texture memories are made alike by the host, not by broadcast
+    #[arg(long)]
+    pub(crate) readback: bool,
+    /// Image engines make voxels in their frame buffer, not fragment generators
+    #[arg(long)]
+    pub(crate) in_image_engines: bool,
+}
+
 /// Which volume, beside its name.
 #[derive(Args)]
 pub(crate) struct VolumeArgs {
@@ -361,6 +430,22 @@ fn passes() -> impl clap::builder::TypedValueParser<Value = Passes> {
     })
 }
 
+#[cfg(feature = "voxel-hw")]
+fn arithmetics() -> impl clap::builder::TypedValueParser<Value = Arithmetic> {
+    PossibleValuesParser::new(Arithmetic::ALL.map(|(name, _)| name)).map(|name| {
+        let found = Arithmetic::ALL.into_iter().find(|(word, _)| *word == name);
+        found.expect("one of the possible values").1
+    })
+}
+
+#[cfg(feature = "voxel-hw")]
+fn first_voxels() -> impl clap::builder::TypedValueParser<Value = FirstVoxel> {
+    PossibleValuesParser::new(FirstVoxel::ALL.map(|(name, _)| name)).map(|name| {
+        let found = FirstVoxel::ALL.into_iter().find(|(word, _)| *word == name);
+        found.expect("one of the possible values").1
+    })
+}
+
 fn raw_numbers() -> impl clap::builder::TypedValueParser<Value = RawNumber> {
     PossibleValuesParser::new(RawNumber::ALL.map(RawNumber::name)).map(|name| {
         let number = RawNumber::ALL.into_iter().find(|n| n.name() == name);
@@ -383,6 +468,15 @@ fn dims(text: &str) -> Result<[usize; 3], String> {
     let dims = dims.and_then(|dims| dims.try_into().ok());
     dims.filter(|dims: &[usize; 3]| dims.iter().all(|n| *n >= 2))
         .ok_or_else(|| "give three whole numbers, 2 or more, such as 256x256x128".into())
+}
+
+#[cfg(feature = "voxel-hw")]
+fn voxel_dims(text: &str) -> Result<[usize; 3], String> {
+    match text.parse() {
+        Ok(most) => Ok([most; 3]),
+        Err(_) => dims(text)
+            .map_err(|_| "give a number, such as 128, or three such numbers, 256x128x64".into()),
+    }
 }
 
 #[cfg(feature = "resample")]

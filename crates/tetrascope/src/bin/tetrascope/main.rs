@@ -8,6 +8,8 @@
 mod args;
 mod info;
 mod lists;
+#[cfg(any(feature = "resample", feature = "voxel-hw"))]
+mod mesh;
 mod output;
 mod picture;
 mod render;
@@ -17,6 +19,8 @@ mod scene;
 mod series;
 #[cfg(feature = "resample")]
 mod slice;
+#[cfg(feature = "voxel-hw")]
+mod voxelize;
 
 use std::io::IsTerminal as _;
 use std::process::ExitCode;
@@ -45,6 +49,10 @@ fn main() -> ExitCode {
     let done = match &cli.command {
         Command::Render(args) => render::run(args, &output),
         Command::Info(args) => info::run(args, &output),
+        #[cfg(feature = "voxel-hw")]
+        Command::Voxelize(args) => voxelize::voxelize(args, &output),
+        #[cfg(feature = "voxel-hw")]
+        Command::Machine(args) => voxelize::machine(args, &output),
         #[cfg(feature = "resample")]
         Command::Resample(args) => resample::run(args, &output),
         #[cfg(feature = "resample")]

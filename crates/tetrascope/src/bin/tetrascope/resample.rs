@@ -1,7 +1,5 @@
 //! `resample`: a mesh to a file of samples on a regular grid.
 
-use std::path::PathBuf;
-
 use serde_json::json;
 use tetrascope::core::grid::{Lattice, Samples};
 use tetrascope::core::{Error, number};
@@ -9,13 +7,12 @@ use tetrascope::io::vti::check_path as check_vti_path;
 use tetrascope::io::{Compression, write_vti};
 use tetrascope::resample::ResamplerOptions;
 use tetrascope::resampling::Sampled;
-use tetrascope::scene::VolumeSource;
-use tetrascope::volumes::{self, LoadedFields};
+use tetrascope::volumes::LoadedFields;
 use tetrascope::{Context, help};
 
-use crate::args::{MeshArgs, ResampleArgs};
+use crate::args::ResampleArgs;
+use crate::mesh::{load, named};
 use crate::output::{Output, Stop};
-use crate::scene;
 
 /// What VTK's filter calls the array that is 1 inside of the mesh and 0 outside.
 pub(crate) const INSIDE: &str = "vtkValidPointMask";
@@ -78,45 +75,6 @@ pub(crate) fn run(args: &ResampleArgs, output: &Output) -> Result<(), Stop> {
         "seconds": {"load": load, "resample": seconds, "write": write},
         "warnings": warnings.collect::<Vec<_>>(),
     }))
-}
-
-/// `NAME` and an ending, for a file in this folder.
-pub(crate) fn named(mesh: &MeshArgs, ending: &str) -> PathBuf {
-    let mut name = mesh.mesh.file_stem().unwrap_or_default().to_owned();
-    name.push(ending);
-    name.into()
-}
-
-/// Loads the mesh with these fields; prints what was found out. Gives the seconds too.
-pub(crate) fn load(
-    args: &MeshArgs,
-    names: Option<&[String]>,
-    output: &Output,
-) -> Result<(LoadedFields, f64), Error> {
-    let named = scene::volume(&args.mesh).map_err(scene::usage)?;
-    let source = VolumeSource {
-        solution: args.solution.clone(),
-        cells: args.cells,
-        seed: args.seed,
-        ..named
-    };
-    volumes::check(&source).map_err(scene::usage)?;
-    let what = format!("loading {}", scene::name(&source));
-    let (loaded, seconds) = output.timed(&what, || volumes::load_fields(&source, names))?;
-    let fields = loaded
-        .fields
-        .iter()
-        .map(|field| format!("'{}'", field.name));
-    let fields: Vec<String> = fields.collect();
-    output.note(format_args!(
-        "  {} tetrahedra, {}",
-        loaded.mesh.cell_count(),
-        fields.join(", ")
-    ));
-    for note in &loaded.notes {
-        output.note(format_args!("  {note}"));
-    }
-    Ok((loaded, seconds))
 }
 
 /// Takes the samples; prints how many are inside. Gives the seconds too.

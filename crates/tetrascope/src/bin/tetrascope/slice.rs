@@ -13,8 +13,9 @@ use tetrascope::resample::ResamplerOptions;
 use tetrascope::resampling::Sampled;
 
 use crate::args::SliceArgs;
+use crate::mesh::{load, named};
 use crate::output::{Output, Stop};
-use crate::resample::{INSIDE, load, named, nothing_inside, sample};
+use crate::resample::{INSIDE, nothing_inside, sample};
 
 /// What a section is written as.
 enum Format {
