@@ -63,9 +63,10 @@ impl<N: Number> Default for Buffers<N> {
     }
 }
 
-/// The volume that is filled, in voxels.
+/// What is filled, and how.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Extents3 {
+pub(crate) struct Fill {
+    /// Voxels along each axis.
     pub(crate) dims: [i32; 3],
     pub(crate) first_voxel: FirstVoxel,
 }
@@ -76,7 +77,7 @@ impl<N: Number> Buffers<N> {
         &mut self,
         cell: &Cell<N>,
         offset: DVec3,
-        into: Extents3,
+        into: Fill,
         events: &mut impl Events,
     ) {
         let moved = cell.corners.iter().map(|c| N::translate(c, offset));

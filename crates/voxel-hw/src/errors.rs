@@ -1,6 +1,6 @@
 //! How far voxels are from the mesh that they stand for.
 //!
-//! The paper measures this with the error measures of its reference [17] (Prakash, Manohar,
+//! The paper measures this with the error measures of another paper (Prakash, Manohar,
 //! "Error measures and 3D anti-aliasing for voxel data", 1995), which it does not define. These are
 //! ours: the scalar against the field, the coverage against the exact volume of cells in
 //! a voxel, and what follows from that.

@@ -8,12 +8,12 @@ use tetrascope_core::{Bounds, Error, is_value, number};
 use crate::cell::Buffers;
 use crate::face::Number;
 use crate::options::{Arithmetic, VoxelizerOptions, voxel_count};
-use crate::source::{Polyhedron, TETRAHEDRON, ToVoxels};
+use crate::source::{Polyhedron, ToVoxels, tetrahedron};
 use crate::volume::VoxelVolume;
 use crate::voxelizer::{AccumulationBuffer, Voxelizer};
 
-/// Cubic voxels over `bounds`, as large as a buffer of `prefsize` voxels allows: no more along each axis
-/// than that, and no more than the box needs.
+/// Cubic voxels over `bounds`, as small as a buffer of `prefsize` voxels allows: no more along each
+/// axis than that, and no more than the box needs.
 ///
 /// "For example the user space is ⟨100, 20, 60⟩ and the volume buffer specified is
 /// ⟨100, 100, 100⟩, then the actual volume buffer is ⟨100, 20, 60⟩."
@@ -282,7 +282,7 @@ impl VoxelContext {
         let mut cell = Polyhedron {
             corners: places.collect(),
             scalars: corners.iter().map(|(_, scalar)| *scalar).collect(),
-            faces: TETRAHEDRON.to_vec(),
+            faces: tetrahedron().to_vec(),
             orientation: 0,
         };
         let exact: Vec<_> = cell.corners.iter().map(|p| f64::corner(*p, 0.0)).collect();

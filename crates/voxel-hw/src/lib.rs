@@ -63,17 +63,17 @@
 //!   not in front of the face, and takes the face's scalar ([`FirstVoxel::Rounded`]). The "more
 //!   accurate method", to interpolate from neighboring pixels, is here to interpolate along the
 //!   column between both faces ([`FirstVoxel::Interpolated`]), which is exact in a tetrahedron.
-//! - *Cells other than tetrahedra* ([`Cells::AsGiven`]): their faces are cut into triangles before they
-//!   are scan converted, with the diagonals of the mesh's own tetrahedra
+//! - *Cells other than tetrahedra* ([`Cells::AsGiven`]): their faces are cut into triangles before
+//!   they are scan converted, with the diagonals of the mesh's own tetrahedra
 //!   ([`Split::SmallestIndex`](tetrascope_core::mesh::Split::SmallestIndex)). Where such a cell
 //!   has a dent along z, it is filled.
 //! - *Samples of a voxel that miss the mesh* count towards coverage, not towards the scalar.
 //! - *Random sample points* come in pairs of opposites, so that their mean is the center.
 //!
 //! # Departures from the paper
-//! - *Extents* hold depth and scalar at their left end alone. Its slope along the scan line is that of
-//!   the face, found once, as the geometry engines of §5.1 do it: a slope of its own for each
-//!   scan line would be rounded by itself, and the faces of a thin cell could cross.
+//! - *Extents* hold depth and scalar at their left end alone. Their slopes along the scan line are
+//!   the face's, found once, as the geometry engines of §5.1 do it: slopes of each scan line
+//!   would be rounded by themselves, and the faces of a thin cell could cross.
 //! - *A voxel that is written again*, as cells overlap, holds the mean. As published the last one
 //!   stays, which depends on the order of cells.
 //! - *A voxel is written with its scalar*; the transfer function comes after, unless one asks for
@@ -82,8 +82,8 @@
 //! # Limits
 //! - At most [`MOST_SIDE`] voxels along an axis, and [`MOST_VOXELS`] in all. In fixed point no cell
 //!   is wider than [`MOST_SIDE`] voxels, also where most of it is outside of the volume.
-//! - In fixed point a vertex is moved by up to 2⁻⁹ voxels along each axis, and keeps its scalar. Cells that
-//!   are thinner than that may turn inside out. They are left out and counted
+//! - In fixed point a vertex is moved by up to 2⁻⁹ voxels along each axis, and keeps its scalar.
+//!   Cells that are thinner than that may turn inside out. They are left out and counted
 //!   ([`Counts::inverted`]); their neighbors, which then overlap, write voxels twice.
 //! - With [`Arithmetic::Float`] a voxel whose center lies on a face but for rounding may be written
 //!   several times, and is always written in a mesh without gaps.

@@ -24,6 +24,19 @@
 //! The paper "can only surmise" a performance (section 7), and most weights are our assumptions: they
 //! are good for comparing variants of the machine, not for saying how fast it would have been.
 //!
+//! # What it says
+//! With the default weights, 8 bits per voxel and one sample each:
+//! - *Many small cells*: 148 955 tetrahedra into 128³ voxels take 29.8 million cycles, 0.6 s, in the
+//!   geometry engines and 17.2 million on the triangle bus; fragment generators scan convert in 3.5
+//!   million. 2³ samples per voxel take eight times as long, as every cell is sent again.
+//! - *Few large cells*: 23 hexahedra into 96 × 96 × 128 voxels take 0.07 million cycles, and then
+//!   0.75 million until all texture memories are alike, one texel of the bus per cycle; by way of the
+//!   host it is 1.2 million.
+//! - *Image engines* that voxelize need neither pixels sent back nor the fragment generators' time, but a
+//!   column of 128 voxels of 8 bits beside both buffers is 1152 bits, and a pixel has 1024.
+//! - *The interleaving* keeps fragment generators within a few percent of each other, also for small
+//!   cells. That of image engines evens out over many cells.
+//!
 //! # Limits
 //! Drawing the voxels (section 4) takes no time here.
 

@@ -3,7 +3,7 @@
 
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::Lattice;
-use tetrascope_core::mesh::{Association, volume_corners, volume_faces};
+use tetrascope_core::mesh::{Association, FACES, volume_corners, volume_faces};
 use tetrascope_core::{Error, TetMesh, is_value};
 
 use crate::cell::Cell;
@@ -11,7 +11,9 @@ use crate::face::{Corner, Number};
 use crate::options::{Arithmetic, Cells, MOST_SIDE};
 
 /// The triangles of a tetrahedron: counterclockwise from outside where it is positively oriented.
-pub(crate) const TETRAHEDRON: [[u8; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+pub(crate) fn tetrahedron() -> [[u8; 3]; 4] {
+    FACES.map(|face| face.map(|corner| corner as u8))
+}
 
 /// A polyhedron in voxel space, where voxel (i, j, k) is the cube from there to (i, j, k) + 1.
 #[derive(Clone, Debug, Default)]
@@ -31,6 +33,8 @@ pub(crate) struct Polyhedron {
 pub(crate) struct ToVoxels {
     origin: DVec3,
     linear: DMat3,
+    /// Whether right hands become left ones.
+    mirrors: bool,
 }
 
 impl ToVoxels {
@@ -39,6 +43,8 @@ impl ToVoxels {
         ToVoxels {
             origin: lattice.origin,
             linear: lattice.linear().inverse(),
+            // That of the linear part may be too small or too large for a float.
+            mirrors: lattice.direction.determinant() < 0.0,
         }
     }
 
@@ -61,13 +67,8 @@ pub(crate) fn for_each_cell(
     let mut polyhedron = Polyhedron::default();
     match cells {
         Cells::Tetrahedra => {
-            polyhedron.faces.extend(TETRAHEDRON);
-            // A lattice may turn right hands into left ones.
-            polyhedron.orientation = if to_voxels.linear.determinant() < 0.0 {
-                -1
-            } else {
-                1
-            };
+            polyhedron.faces.extend(tetrahedron());
+            polyhedron.orientation = if to_voxels.mirrors { -1 } else { 1 };
             for (index, tetrahedron) in mesh.tetrahedra().iter().enumerate() {
                 polyhedron.corners.clear();
                 let places = tetrahedron.map(|p| to_voxels.place(points[p as usize]));

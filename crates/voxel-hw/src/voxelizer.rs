@@ -4,7 +4,7 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, TetMesh, TransferFunction, is_value, number};
 
-use crate::cell::{Buffers, Events, Extents3, Side};
+use crate::cell::{Buffers, Events, Fill, Side};
 use crate::face::{Number, VALUE_BITS};
 use crate::options::{Arithmetic, VoxelizerOptions, voxel_count};
 use crate::source::{Polyhedron, Prepared, ToVoxels, for_each_cell, prepare};
@@ -134,7 +134,8 @@ impl Voxelizer {
         })
     }
 
-    /// Voxelizes one cell for each offset.
+    /// Voxelizes one cell for each offset: it is the cell that moves, so a sample is taken on the
+    /// other side of the voxel's center, which is among the offsets as well.
     pub(crate) fn add_cell<N: Number>(
         &self,
         index: usize,
@@ -166,7 +167,7 @@ impl Voxelizer {
                 return Ok(());
             }
         };
-        let into = Extents3 {
+        let into = Fill {
             dims: dims.map(|d| d as i32),
             first_voxel: self.options.first_voxel,
         };

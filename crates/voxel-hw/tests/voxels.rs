@@ -534,6 +534,36 @@ fn lattices_may_be_flipped_and_turned() {
     }
 }
 
+/// Powers of two scale places without rounding, so the voxels are the same to the last bit; also
+/// where lattices are mirrored.
+#[test]
+fn the_unit_of_length_does_not_matter() {
+    let (points, cells) = kuhn(3, DVec3::ZERO, DVec3::splat(7.7), |_| true);
+    let volume = |scale: f64, mirror: f64, options| {
+        let points = points.iter().map(|p| *p * scale).collect();
+        let mesh = mesh((points, cells.clone()), |p| p.x / scale);
+        let lattice = tetrascope_core::grid::Lattice {
+            origin: DVec3::new(4.0 - mirror * 3.5, 0.5, 0.5) * scale,
+            spacing: DVec3::splat(scale),
+            direction: DMat3::from_diagonal(DVec3::new(mirror, 1.0, 1.0)),
+            ..lattice([8; 3])
+        };
+        let voxelizer = Voxelizer::new(options).expect("valid");
+        voxelizer.voxelize(&mesh, &lattice).expect("voxels")
+    };
+    for arithmetic in FIXED_AND_FLOAT {
+        for mirror in [1.0, -1.0] {
+            let truth = volume(1.0, mirror, options(arithmetic));
+            assert_eq!(truth.counts().writes, 512);
+            for exponent in [-300, -40, 40, 300] {
+                let scaled = volume(2f64.powi(exponent), mirror, options(arithmetic));
+                assert_eq!(truth.counts(), scaled.counts());
+                assert!(truth.voxels() == scaled.voxels() && truth.writes() == scaled.writes());
+            }
+        }
+    }
+}
+
 #[test]
 fn integers_are_of_the_range() {
     let field = |p: DVec3| 10.0 + p.x;

@@ -89,8 +89,8 @@ pub struct MachineReport {
     pub merge_cycles: u64,
     /// Cycles if all stages always work, each without waiting for another: no fewer are needed.
     pub pipelined_cycles: u64,
-    /// Cycles if the parts of a cell's voxelization wait for each other: its fragments, then its pixels,
-    /// then its voxels, then the next cell; the stages before them run ahead.
+    /// Cycles if the parts of a cell's voxelization wait for each other: its fragments, then its
+    /// pixels, then its voxels, then the next cell; the stages before them run ahead.
     pub lockstep_cycles: u64,
     /// Bytes over each connection.
     pub buses: Buses,
