@@ -61,6 +61,7 @@ const LIBRARIES: &[&str] = &[
     "resample",
     "scene",
     "slicing",
+    "voxel-hw",
 ];
 
 /// Libraries that neither read nor write text, nor correct misspellings.

@@ -10,3 +10,4 @@ mod program;
 mod resampling;
 mod series;
 mod usage;
+mod voxels;

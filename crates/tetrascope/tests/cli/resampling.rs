@@ -34,7 +34,7 @@ LOOKUP_TABLE default
 7 7 7 7 7
 ";
 
-fn cube() -> Folder {
+pub(crate) fn cube() -> Folder {
     let folder = Folder::new();
     folder.write("cube.vtk", CUBE);
     folder
@@ -48,7 +48,7 @@ fn lacks_adapter(run: &Run) -> bool {
 }
 
 /// The dims of a `.vti` file and its arrays of floats.
-fn arrays(folder: &Folder, name: &str) -> ([usize; 3], Vec<(String, Vec<f32>)>) {
+pub(crate) fn arrays(folder: &Folder, name: &str) -> ([usize; 3], Vec<(String, Vec<f32>)>) {
     let read = read_file(&folder.path(name), &ReadOptions::default()).expect("a valid file");
     let FileData::Grid(data) = read else {
         panic!("{name} is a grid");
