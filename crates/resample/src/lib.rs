@@ -75,6 +75,49 @@
 //! - Rasterizers interpolate across a cell in 32-bit floats: across 2ᵏ samples it is off by some 2ᵏ⁻²³
 //!   of one, which matters in cells thousands of times larger than the grid.
 //! - What is drawn takes 52 bytes for each cell beside the mesh, in buffers that hold all of them.
+//! - A picture's border is that of the samples: it fades over one sample's distance, at first order. Greatest
+//!   colors and isosurfaces have no extinction that could fade, and end where a cell of the grid
+//!   has a sample outside, so up to a sample's distance inside of the mesh.
+//!
+//! # In an application with its own wgpu
+//! ```no_run
+//! use tetrascope_core::grid::Lattice;
+//! use tetrascope_core::{Appearance, Bounds, Error, View, Volume, VolumeRenderer as _};
+//! use tetrascope_gpu::wgpu;
+//! use tetrascope_gpu::{Draw as _, Gpu, Target};
+//! use tetrascope_resample::{Domain, Resampling, ResamplingOptions};
+//!
+//! /// A simulation whose mesh moves within `bounds`, and whose scalars stay within a range: with
+//! /// both given, a step makes no buffer anew, but where there are more cells than ever before.
+//! fn prepare(
+//!     (device, queue): (&wgpu::Device, &wgpu::Queue),
+//!     first: &Volume,
+//!     appearance: &Appearance,
+//!     (bounds, scalar_range): (Bounds, Option<(f64, f64)>),
+//! ) -> Result<Resampling, Error> {
+//!     let gpu = Gpu::from_device(device.clone(), queue.clone());
+//!     let dims = Lattice::dims_over(&bounds, 192);
+//!     let options = ResamplingOptions {
+//!         lattice: Some(Lattice::over(&bounds, dims)?),
+//!         domain: Some(Domain { bounds, scalar_range }),
+//!         ..ResamplingOptions::default()
+//!     };
+//!     Resampling::new(&gpu, first, appearance, &options)
+//! }
+//!
+//! /// Every step: another mesh, with other cells if it likes, and a frame of it.
+//! fn step(
+//!     renderer: &mut Resampling,
+//!     mesh: &Volume,
+//!     encoder: &mut wgpu::CommandEncoder,
+//!     (view, target): (&View, &Target),
+//! ) -> Result<(), Error> {
+//!     renderer.reload(mesh)?;
+//!     // The application submits; the statistics, which wait for that, are left alone.
+//!     let _ = renderer.encode(encoder, view, target)?;
+//!     Ok(())
+//! }
+//! ```
 
 pub mod counters;
 mod direct;
