@@ -13,6 +13,7 @@
 //! 3. `engines` counts what each engine does while the voxelizer runs; each fragment generator
 //!    writes the voxels of its own pixels into a texture memory of its own.
 //! 4. [`report`] is what was counted.
+//! 5. [`sensitivity`] halves and doubles each assumption, and says which moves the answer most.
 //!
 //! # What this is
 //! A deterministic count of events, weighed with cycles: neither queues nor memory banks are
@@ -44,12 +45,14 @@ pub mod config;
 mod engines;
 mod interleave;
 pub mod report;
+pub mod sensitivity;
 
 use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, TetMesh};
 
 pub use config::{MachineConfig, Merge, Voxelizing};
 pub use report::{Buses, Load, MachineReport};
+pub use sensitivity::Sensitivity;
 
 use crate::volume::VoxelVolume;
 use crate::voxelizer::Voxelizer;

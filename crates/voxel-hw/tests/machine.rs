@@ -231,3 +231,24 @@ fn machines_that_cannot_be_are_refused() {
         assert!(error.help().is_some(), "{error}");
     }
 }
+
+/// What bounds the machine moves the answer, by as much as it is; what it does not use moves nothing.
+#[test]
+fn what_bounds_the_machine_moves_the_answer() {
+    let voxelizer = Voxelizer::new(VoxelizerOptions::default()).expect("valid");
+    let config = MachineConfig {
+        // So slow that nothing else counts, but for the merge, which waits for all.
+        geometry_cycles_per_triangle: 1_000_000,
+        ..MachineConfig::default()
+    };
+    let found = voxelizer.sensitivity(&turned(), &lattice(DIMS), &config, |_| ());
+    let found = found.expect("voxels");
+    let of = |name: &str| found.iter().find(|s| s.name == name).expect(name).ratios;
+    let bound = ["clock_mhz", "geometry_cycles_per_triangle"];
+    assert!(found[..2].iter().all(|s| bound.contains(&s.name)));
+    assert_eq!(of("clock_mhz"), [0.5, 2.0]);
+    let [half, twice] = of("geometry_cycles_per_triangle");
+    assert!((half - 2.0).abs() < 0.01 && (twice - 0.5).abs() < 0.01);
+    assert_eq!(of("image_voxel_cycles"), [1.0; 2]);
+    assert_eq!(of("fragment_cycles"), [1.0; 2]);
+}

@@ -44,6 +44,9 @@ fn a_machine_says_what_voxels_take() {
     assert!(busiest(&few) > busiest(&many));
     let readback = seen("--readback");
     assert_eq!(readback["bytes"]["merge_host"], 2 * 64 * 4);
+    let moved = seen("--sensitivity");
+    let names = moved["sensitivity"].as_array().map(Vec::len);
+    assert!(names > Some(10), "{moved}");
     let run = folder.run("machine cube.vtk --dims 4");
     assert!(run.succeeded().stdout.contains("volumes per second"));
 }

@@ -344,6 +344,9 @@ pub(crate) struct MachineArgs {
     /// Image engines make voxels in their frame buffer, not fragment generators
     #[arg(long)]
     pub(crate) in_image_engines: bool,
+    /// Halve and double each assumption, and list which moves the answer most
+    #[arg(long)]
+    pub(crate) sensitivity: bool,
 }
 
 /// Which volume, beside its name.

@@ -5,7 +5,7 @@ use tetrascope::core::grid::Samples;
 use tetrascope::core::{Error, TetMesh, number};
 use tetrascope::io::vti::check_path as check_vti_path;
 use tetrascope::io::{Compression, write_vti};
-use tetrascope::voxel_hw::machine::{Load, MachineConfig, Merge, Voxelizing};
+use tetrascope::voxel_hw::machine::{Load, MachineConfig, Merge, Sensitivity, Voxelizing};
 use tetrascope::voxel_hw::{Offsets, VoxelVolume, Voxelizer, VoxelizerOptions, voxels_over};
 
 use crate::args::{MachineArgs, VoxelArgs, VoxelizeArgs};
@@ -86,9 +86,30 @@ pub(crate) fn machine(args: &MachineArgs, output: &Output) -> Result<(), Stop> {
     output.note(format_args!(
         "  most weights are assumptions: `tetrascope_voxel_hw::machine` says which"
     ));
+    let found = match args.sensitivity {
+        false => Vec::new(),
+        true => {
+            let progress = output.progress();
+            let done = |share: f64| {
+                if let Some(progress) = &progress {
+                    progress(share);
+                }
+            };
+            let what = "halving and doubling each assumption";
+            let found = || voxelizer.sensitivity(&mesh, &lattice, &config, done);
+            output.timed(what, found)?.0
+        }
+    };
     if !output.json() {
-        return output.result(report.to_string().trim_end());
+        output.result(report.to_string().trim_end())?;
+        return match found.is_empty() {
+            true => Ok(()),
+            false => output.lines(&table(&found)),
+        };
     }
+    let sensitivity = found.iter().map(|found| {
+        json!({"name": found.name, "value": found.value, "volumes_per_second": found.ratios})
+    });
     let load = |load: &Load| json!({"units": load.units, "min": load.min, "mean": load.mean, "max": load.max});
     let (least, most) = report.frames_per_second();
     let buses = &report.buses;
@@ -126,7 +147,24 @@ pub(crate) fn machine(args: &MachineArgs, output: &Output) -> Result<(), Stop> {
         "pixel_bits": report.pixel_bits,
         "pixel_fits": report.pixel_fits,
         "volumes_per_second": [least, most],
+        "sensitivity": sensitivity.collect::<Vec<_>>(),
     }))
+}
+
+/// A line for each assumption.
+fn table(found: &[Sensitivity]) -> Vec<String> {
+    let head = "volumes per second, over those above, with half and twice of each assumption";
+    let line = |found: &Sensitivity| {
+        let [half, twice] = found.ratios;
+        format!(
+            "{:<30} {:>6}   {half:.3}   {twice:.3}",
+            found.name, found.value
+        )
+    };
+    [head.to_owned()]
+        .into_iter()
+        .chain(found.iter().map(line))
+        .collect()
 }
 
 fn voxelizer(args: &VoxelArgs) -> Result<Voxelizer, Error> {
