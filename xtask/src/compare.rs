@@ -212,13 +212,24 @@ fn draw(
     // Round 0 warms caches and is not counted.
     for round in 0..=plan.repeat {
         for contender in &mut contenders {
-            contender.draw(scene, round > 0);
+            if contender.spent_ms() < ENOUGH_MS {
+                contender.draw(scene, round > 0);
+            }
         }
     }
     Ok(contenders)
 }
 
+/// Frames of a setting are not repeated any more once they took so long: what takes seconds is not
+/// measured any better by taking them again.
+const ENOUGH_MS: f64 = 2000.0;
+
 impl Contender {
+    /// What counted frames took.
+    fn spent_ms(&self) -> f64 {
+        self.wall_ms.iter().sum()
+    }
+
     fn draw(&mut self, scene: &Scene, counted: bool) {
         let Ok(renderer) = &self.renderer else { return };
         let start = Instant::now();

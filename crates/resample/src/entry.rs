@@ -63,22 +63,22 @@ pub const ENTRY: Entry = Entry {
     sources: &[
         Source {
             name: "samples alone",
-            with: "samples=64,slices=16",
+            with: "samples=32,slices=8",
             without: None,
         },
         Source {
             name: "slices alone",
-            with: "samples=64",
-            without: Some("samples=64,slices=16"),
+            with: "samples=32",
+            without: Some("samples=32,slices=8"),
         },
         Source {
             name: "weights alone",
-            with: "samples=64,passes=two,weights=32",
-            without: Some("samples=64"),
+            with: "samples=32,passes=two,weights=32",
+            without: Some("samples=32"),
         },
         Source {
             name: "samples and slices",
-            with: "samples=64",
+            with: "samples=32",
             without: None,
         },
     ],
@@ -109,30 +109,22 @@ pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
     }
 }
 
-/// Isosurfaces lie between slices of a mesh.
+/// Few samples with few slices, and with so many that they no longer matter; then more samples, and
+/// slices of the mesh. Other models differ in the samples alone.
 fn sweep(model: OpticalModel) -> &'static [&'static str] {
-    const OF_GRIDS: usize = 8;
     match model {
-        OpticalModel::Isosurfaces => &SWEEP[..OF_GRIDS],
-        _ => &SWEEP,
+        OpticalModel::EmissionAbsorption => &[
+            "samples=32",
+            "samples=32,slices=8",
+            "samples=32,passes=two,weights=32",
+            "samples=64",
+            "samples=64,passes=one",
+            "samples=128",
+            "mode=slices,planes=64",
+        ],
+        _ => &["samples=32", "samples=128"],
     }
 }
-
-/// Samples with few slices and, in one of them, with so many that they no longer matter; then slices
-/// of the mesh.
-const SWEEP: [&str; 11] = [
-    "samples=32",
-    "samples=64",
-    "samples=64,slices=16",
-    "samples=64,passes=two,weights=32",
-    "samples=64,passes=two",
-    "samples=64,passes=one",
-    "samples=128",
-    "samples=256",
-    "mode=slices,planes=64",
-    "mode=slices",
-    "mode=slices,shading=pre",
-];
 
 impl ResamplingOptions {
     /// The options that `settings` of [`ENTRY`] say.
