@@ -208,12 +208,12 @@ impl Camera {
 pub struct Framing {
     from: CameraFit,
     aspect: f64,
-    /// Of no point at first.
+    /// How far the points reach; `None` before the first one.
     outline: Option<Outline>,
 }
 
 impl Framing {
-    /// Of no points, seen from the side `from` in a picture of this width over its height.
+    /// Without points yet, seen from the side `from` in a picture of this width over its height.
     pub fn new(from: CameraFit, aspect: f64) -> Framing {
         Framing {
             from,
@@ -374,7 +374,7 @@ impl Wedge {
 }
 
 impl Outline {
-    /// Of no point, with others to come relative to `origin`.
+    /// The outline of no point; those that are added are taken relative to `origin`.
     fn at(origin: DVec3, from: CameraFit) -> Outline {
         let (toward_eye, view_up) = from.axes();
         let forward = -toward_eye;

@@ -31,7 +31,7 @@ pub const MAX_COLLECTION_BYTES: u64 = 4 << 20;
 /// The help where a collection is given for one of its files.
 pub(crate) const AS_A_SERIES: &str = "give one of these files, or draw it as a series";
 
-/// What one of the collection's entries says, before it is checked.
+/// An entry of a collection as its file has it, before it is checked.
 struct Entry {
     name: String,
     time: Option<f64>,

@@ -34,7 +34,7 @@ pub(crate) struct Classified {
     deepest_of_cells: f32,
 }
 
-/// What makes a [`Classified`].
+/// The appearance to classify cells by, and how [`Classified`] is to list them.
 pub(crate) struct Classification<'a> {
     pub(crate) appearance: &'a Appearance,
     pub(crate) integration: Integration,

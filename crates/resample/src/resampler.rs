@@ -90,7 +90,8 @@ impl Resampler {
     /// # Errors
     /// As for [`Resampler::new`]; then the mesh before stays.
     pub fn reload(&mut self, mesh: &TetMesh) -> Result<(), Error> {
-        self.reload_on(mesh, &{ *self.grid.lattice() })
+        let lattice = *self.grid.lattice();
+        self.reload_on(mesh, &lattice)
     }
 
     /// The same for samples at the points of another lattice. The texture is the same where there

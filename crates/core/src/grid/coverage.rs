@@ -26,7 +26,7 @@
 
 use glam::DVec3;
 
-use crate::{Error, OpticalModel, Volume};
+use crate::OpticalModel;
 
 /// The least coverage with which a sample is there, where a model knows no more.
 pub const THERE: f32 = 0.5;
@@ -78,21 +78,6 @@ pub fn covered(scalars: &[f64; 8], coverage: &[f64; 8], place: DVec3) -> Option<
         scalar: (weighted / sum).clamp(low, high),
         coverage: sum.min(1.0),
     })
-}
-
-/// Refuses a volume with coverage, for a renderer that does not know it.
-///
-/// # Errors
-/// [`Error::Unsupported`] with the `reason`.
-pub fn refuse_coverage(renderer: &'static str, volume: &Volume, reason: &str) -> Result<(), Error> {
-    match volume {
-        Volume::Grid(grid) if grid.coverage().is_some() => Err(Error::Unsupported {
-            renderer,
-            what: "a grid with coverage".into(),
-            reason: reason.into(),
-        }),
-        _ => Ok(()),
-    }
 }
 
 #[cfg(test)]

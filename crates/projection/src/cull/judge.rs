@@ -73,7 +73,7 @@ pub(super) fn in_threads<T: Send>(mut tasks: Vec<T>, work: impl Fn(T) + Sync) {
     });
 }
 
-/// What cells are judged by.
+/// An appearance as [`Judge::all`] compares cells with it.
 pub(super) struct Judge<'a> {
     model: OpticalModel,
     intervals: &'a [KnotPair],
@@ -181,7 +181,7 @@ impl Judge<'_> {
         }
     }
 
-    /// Of a cell with scalars in the intervals from `first` to `last`.
+    /// The share of a cell whose scalars are in the intervals from `first` to `last`.
     fn share(&self, [first, last]: [usize; 2], [low, high]: [f32; 2], longest: f32) -> Share {
         let is_constant = low == high;
         let shown = match self.model {

@@ -66,7 +66,7 @@ fn scalars(cell: u32) -> [f64; 4] {
     [start, start + step * 0.5, last, start]
 }
 
-/// What the docs of this file say, cell by cell.
+/// Whether a cell shows, straight from the definition at the head of `cull.rs`.
 fn is_shown(mesh: &TetMesh, cell: usize, model: OpticalModel, isovalues: &[f64]) -> bool {
     let values: [f64; 4] = mesh.cell_scalars(cell);
     let low = values.into_iter().fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! What a frame records: the cells, in which order, and what is said of it.
+//! Records a frame: orders the cells, draws them, and notes how far their order is proven.
 
 use tetrascope_core::{Error, FrameStats, View};
 use tetrascope_f32::ImagePlane;
@@ -148,7 +148,7 @@ impl CellProjection {
         ordered
     }
 
-    /// What changes with every frame; rays end where `depth` says.
+    /// The uniforms of one frame; its rays end where `depth` says.
     fn frame(
         &self,
         encoder: &mut wgpu::CommandEncoder,

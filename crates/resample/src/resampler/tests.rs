@@ -483,11 +483,8 @@ fn adversarial_meshes_are_sampled_where_they_are() {
     }
 }
 
-#[test]
-fn fields_of_cells_are_constant_in_each() {
-    let Some(gpu) = gpu("fields_of_cells_are_constant_in_each") else {
-        return;
-    };
+/// A sphere whose cells have scalars of their own, but for one that has none.
+fn with_cell_scalars() -> TetMesh {
     let mesh = data_set("sphere", Some(4_000));
     let mut values: Vec<f64> = (0..mesh.cell_count())
         .map(|c| (c * 7 % 101) as f64)
@@ -498,7 +495,15 @@ fn fields_of_cells_are_constant_in_each() {
         association: Association::Cell,
         values,
     };
-    let mesh = mesh.with_scalars(scalars).expect("as many");
+    mesh.with_scalars(scalars).expect("as many")
+}
+
+#[test]
+fn fields_of_cells_are_constant_in_each() {
+    let Some(gpu) = gpu("fields_of_cells_are_constant_in_each") else {
+        return;
+    };
+    let mesh = with_cell_scalars();
     let made = resampler(&gpu, &mesh, &around(&mesh, [37, 30, 41]), tuning(&gpu));
     is_whole(judge("cells", &made, &mesh));
     let (texels, _) = taken(&made);

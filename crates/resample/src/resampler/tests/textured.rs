@@ -350,17 +350,7 @@ fn drawn_fields_of_cells_are_constant_in_each() {
     let Some(gpu) = gpu("drawn_fields_of_cells_are_constant_in_each") else {
         return;
     };
-    let mesh = data_set("sphere", Some(4_000));
-    let mut values: Vec<f64> = (0..mesh.cell_count())
-        .map(|c| (c * 7 % 101) as f64)
-        .collect();
-    values[17] = f64::NAN;
-    let scalars = Scalars {
-        name: "c".into(),
-        association: Association::Cell,
-        values,
-    };
-    let mesh = mesh.with_scalars(scalars).expect("as many");
+    let mesh = with_cell_scalars();
     let lattice = around(&mesh, [37, 30, 41]);
     let found = candidates(&mesh, &lattice, beside(&gpu));
     for passes in [Passes::One, Passes::Two] {
