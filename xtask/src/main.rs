@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tetrascope::core::{Error, ErrorKind};
-use xtask::{compare, setup, testing};
+use xtask::{compare, setup, sweep, testing};
 
 /// The harness of Tetrascope
 #[derive(Parser)]
@@ -28,6 +28,8 @@ enum Task {
     },
     /// Draw scenes with every algorithm: error against time
     Compare(compare::Options),
+    /// Simulate the machine of voxels: meshes, sizes, samples and machines
+    Machine(sweep::Options),
     /// Accept the pictures of the last snapshot test
     Bless,
 }
@@ -57,6 +59,7 @@ fn main() -> ExitCode {
             true => ExitCode::SUCCESS,
             false => ExitCode::from(MISSED),
         })),
+        Task::Machine(options) => finish(sweep::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Bless => finish(testing::bless().map(|blessed| {
             for name in &blessed {
                 println!("{name}");
