@@ -9,11 +9,10 @@ mod plan;
 
 pub use plan::resolve;
 
-use std::io::IsTerminal as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use tetrascope::core::{Error, Frame, OpticalModel, Volume, VolumeRenderer};
 use tetrascope::scene::Scene;
 use tetrascope::{Algorithm, Context, Promise, Renderer, Settings};
@@ -21,12 +20,13 @@ use tetrascope_testing::ImageError;
 
 use crate::limits::{ROUGH_ORDER, limit, rmse_with_outliers};
 use crate::metrics::median;
+use crate::output::{phase, progress, write};
 use crate::picture::{difference_map, png, shown};
 use crate::plot::{self, Series};
 use crate::report::{
     Check, Drawn, ErrorSource, ModelReport, Outcome, Pictures, Row, SceneReport, scientific,
 };
-use crate::{figures, machine, setup};
+use crate::{figures, machine, setup, sweep};
 
 /// What to compare.
 #[derive(clap::Args)]
@@ -97,6 +97,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
             pictures.add_figures(figures::measured(algorithm));
         }
     }
+    pictures.set_machine(sweep::last());
 
     match options.json {
         true => print!("{}", report.to_json()),
@@ -107,8 +108,8 @@ pub fn run(options: &Options) -> Result<bool, Error> {
         .clone()
         .unwrap_or_else(|| machine::target().join("compare"));
     let page = folder.join("index.html");
-    write(&folder.join("report.json"), &report.to_json())?;
-    write(&page, &report.to_html(&pictures))?;
+    write(&folder.join("report.json"), report.to_json())?;
+    write(&page, report.to_html(&pictures))?;
     eprintln!("wrote {}", page.display());
     for miss in report.checks.iter().filter(|check| !check.passed) {
         eprintln!(
@@ -437,34 +438,6 @@ fn chart(scene: &SceneReport, algorithms: &[&Algorithm]) -> Option<String> {
         }
     });
     plot::error_against_time(&series, truth, (720, 400))
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Error> {
-    let failed = |source| Error::Io {
-        action: "cannot write",
-        path: path.into(),
-        source,
-    };
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(failed)?;
-    }
-    tetrascope::io::write_file(path, text.as_bytes())
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn progress(steps: u64) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {wide_msg}");
-    bar.set_style(style.expect("the template is valid"));
-    bar
-}
-
-fn phase(progress: &ProgressBar, what: &str) {
-    if std::io::stderr().is_terminal() {
-        progress.set_message(what.to_owned());
-    } else {
-        eprintln!("{what}");
-    }
 }
 
 fn milliseconds(duration: Duration) -> f64 {

@@ -17,6 +17,8 @@ Usage: cargo xtask COMMAND [ARGUMENT]...
   setup      look for a graphics adapter; install a software one if there is none
   test       set up, then run every test (arguments go to `cargo test`)
   compare    draw scenes with every algorithm; error against time, in target/compare
+  machine    simulate the machine of voxels; what bounds it, in target/machine
+  figures    draw figures 3 to 6 of the paper on voxels again, in snapshots/voxel-hw
   bless      accept the pictures of the last snapshot test
 
 `cargo xtask COMMAND --help` says more.";

@@ -2,7 +2,9 @@
 //!
 //! [`compare`] draws scenes with every algorithm and judges them by [`metrics`];
 //! [`report`] writes what came out, with [`plot`]s, [`picture`]s and the [`figures`] that
-//! a benchmark has measured; [`setup`] gets a machine ready to draw; [`testing`] is what the tests here share.
+//! a benchmark has measured; [`sweep`] runs the model of a machine, and [`voxel_figures`] draws its
+//! paper's figures again; [`setup`] gets a machine ready to draw; [`testing`] is what the tests
+//! here share.
 #![cfg(feature = "harness")]
 
 pub mod compare;
@@ -10,8 +12,11 @@ pub mod figures;
 pub mod limits;
 pub mod machine;
 pub mod metrics;
+mod output;
 pub mod picture;
 pub mod plot;
 pub mod report;
 pub mod setup;
+pub mod sweep;
 pub mod testing;
+pub mod voxel_figures;

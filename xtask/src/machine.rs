@@ -22,30 +22,35 @@ pub fn target() -> PathBuf {
     root().join("target")
 }
 
-/// A report without scenes.
-pub fn describe(adapter: Result<String, Error>, repeat: u32) -> Report {
+/// The program that runs, and how it was called.
+pub fn program() -> Program {
     let arguments: Vec<String> = std::env::args_os()
         .skip(1)
         .map(|argument| argument.to_string_lossy().into_owned())
         .collect();
+    Program {
+        name: "tetrascope",
+        version: env!("CARGO_PKG_VERSION"),
+        revision: revision(),
+        started: utc(SystemTime::now()),
+        command: format!("cargo xtask {}", arguments.join(" ")),
+        build: if cfg!(debug_assertions) {
+            "debug"
+        } else {
+            "release"
+        },
+    }
+}
+
+/// A report without scenes.
+pub fn describe(adapter: Result<String, Error>, repeat: u32) -> Report {
     let (adapter, no_adapter) = match adapter {
         Ok(adapter) => (Some(adapter), None),
         Err(error) => (None, Some(error.to_string())),
     };
     Report {
         version: REPORT_VERSION,
-        program: Program {
-            name: "tetrascope",
-            version: env!("CARGO_PKG_VERSION"),
-            revision: revision(),
-            started: utc(SystemTime::now()),
-            command: format!("cargo xtask {}", arguments.join(" ")),
-            build: if cfg!(debug_assertions) {
-                "debug"
-            } else {
-                "release"
-            },
-        },
+        program: program(),
         machine: Machine {
             os: std::env::consts::OS,
             architecture: std::env::consts::ARCH,

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tetrascope::core::{Error, ErrorKind};
-use xtask::{compare, setup, testing};
+use xtask::{compare, setup, sweep, testing, voxel_figures};
 
 /// The harness of Tetrascope
 #[derive(Parser)]
@@ -28,6 +28,10 @@ enum Task {
     },
     /// Draw scenes with every algorithm: error against time
     Compare(compare::Options),
+    /// Simulate the machine of voxels: meshes, sizes, samples and machines
+    Machine(sweep::Options),
+    /// Draw figures 3 to 6 of Prakash and Manohar's paper again
+    Figures(voxel_figures::Options),
     /// Accept the pictures of the last snapshot test
     Bless,
 }
@@ -57,6 +61,8 @@ fn main() -> ExitCode {
             true => ExitCode::SUCCESS,
             false => ExitCode::from(MISSED),
         })),
+        Task::Machine(options) => finish(sweep::run(&options).map(|()| ExitCode::SUCCESS)),
+        Task::Figures(options) => finish(voxel_figures::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Bless => finish(testing::bless().map(|blessed| {
             for name in &blessed {
                 println!("{name}");

@@ -1,5 +1,6 @@
 //! Pictures for people: frames as PNG, differences in false color.
 
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{Rgba, RgbaImage};
 use tetrascope::core::Frame;
 use tetrascope::core::colormap::{Colormap, linear_to_srgb};
@@ -80,6 +81,14 @@ pub fn side_by_side(images: &[&RgbaImage]) -> RgbaImage {
     row
 }
 
+/// Images below each other, a few gray pixels between them.
+pub fn stacked(images: &[&RgbaImage]) -> RgbaImage {
+    // In a row they are aligned at the top, which turned and mirrored is the left.
+    let turned = images.iter().map(|i| transposed(i));
+    let turned: Vec<RgbaImage> = turned.collect();
+    transposed(&side_by_side(&turned.iter().collect::<Vec<_>>()))
+}
+
 /// The image as a PNG file.
 pub fn png(image: &RgbaImage) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
@@ -89,6 +98,22 @@ pub fn png(image: &RgbaImage) -> Vec<u8> {
     bytes.into_inner()
 }
 
+/// Columns as rows.
+fn transposed(image: &RgbaImage) -> RgbaImage {
+    RgbaImage::from_fn(image.height(), image.width(), |x, y| *image.get_pixel(y, x))
+}
+
+/// An opaque image as a small PNG file, for the repository: slower to make, and without alpha.
+pub fn small_png(image: &RgbaImage) -> Vec<u8> {
+    let rgb = image::DynamicImage::from(image.clone()).into_rgb8();
+    let mut bytes = Vec::new();
+    let encoder =
+        PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
+    rgb.write_with_encoder(encoder)
+        .expect("memory takes any image");
+    bytes
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,6 +121,19 @@ mod tests {
 
     fn one(pixel: [f32; 4]) -> Frame {
         Frame::new((1, 1), vec![pixel], FrameStats::default())
+    }
+
+    #[test]
+    fn stacks_are_aligned_on_the_left() {
+        let of = |width, height, byte| RgbaImage::from_pixel(width, height, Rgba([byte; 4]));
+        let (first, second) = (of(3, 1, 10), of(2, 2, 20));
+        let stack = stacked(&[&first, &second]);
+        assert_eq!(stack.dimensions(), (3, 1 + 8 + 2 + 8));
+        let at = |x, y| stack.get_pixel(x, y).0[0];
+        assert_eq!(
+            [at(0, 0), at(2, 0), at(0, 9), at(1, 10), at(2, 9)],
+            [10, 10, 20, 20, 128]
+        );
     }
 
     #[test]

@@ -26,8 +26,14 @@ const DASHES: [(u32, u32); 5] = [(1, 0), (8, 4), (2, 4), (12, 3), (5, 2)];
 /// Names of the algorithms' markers, for the legend.
 pub const MARKERS: [&str; 4] = ["●", "▲", "✕", "■"];
 
-const INK: RGBColor = RGBColor(0x44, 0x4a, 0x52);
-const FONT: &str = "system-ui, sans-serif";
+/// The color of words.
+pub(crate) const INK: RGBColor = RGBColor(0x44, 0x4a, 0x52);
+
+/// The color of lines behind the data; `style.css` has others for dark pages in place of both.
+pub(crate) const GRID: RGBColor = RGBColor(0xd9, 0xdc, 0xe0);
+
+/// The font of words.
+pub(crate) const FONT: &str = "system-ui, sans-serif";
 
 /// About how large a label is, as shares of the chart's width and height.
 const LABEL: (f64, f64) = (0.28, 0.045);
@@ -64,7 +70,7 @@ pub fn error_against_time(
             .y_desc("RMSE")
             .axis_desc_style((FONT, 16).into_font().color(&INK))
             .label_style((FONT, 15).into_font().color(&INK))
-            .bold_line_style(RGBColor(0xd9, 0xdc, 0xe0))
+            .bold_line_style(GRID)
             .light_line_style(TRANSPARENT)
             .axis_style(RGBColor(0x9a, 0xa0, 0xa8))
             .x_label_formatter(&|power| power_of_ten(*power))
@@ -171,7 +177,7 @@ pub fn rate_against_boxes(lines: &[Line], size: (u32, u32)) -> String {
             .y_desc("frames a second")
             .axis_desc_style((FONT, 16).into_font().color(&INK))
             .label_style((FONT, 15).into_font().color(&INK))
-            .bold_line_style(RGBColor(0xd9, 0xdc, 0xe0))
+            .bold_line_style(GRID)
             .light_line_style(TRANSPARENT)
             .axis_style(RGBColor(0x9a, 0xa0, 0xa8))
             .x_label_formatter(&|power| format!("{}", power.exp2().round()))
@@ -201,14 +207,15 @@ pub fn rate_against_boxes(lines: &[Line], size: (u32, u32)) -> String {
     svg
 }
 
-fn color(model: usize) -> RGBColor {
+/// One of [`COLORS`].
+pub(crate) fn color(model: usize) -> RGBColor {
     let hex = COLORS[model % COLORS.len()];
     let byte = |at| u8::from_str_radix(&hex[at..at + 2], 16).expect("the table is hexadecimal");
     RGBColor(byte(1), byte(3), byte(5))
 }
 
 /// log₁₀ of the range of `values` > 0, widened to whole decades, two at least.
-fn decades(values: impl Iterator<Item = f64>) -> (f64, f64) {
+pub(crate) fn decades(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let logs: Vec<f64> = values.map(f64::log10).collect();
     let low = logs.iter().copied().fold(f64::INFINITY, f64::min);
     let high = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -221,7 +228,8 @@ fn decades(values: impl Iterator<Item = f64>) -> (f64, f64) {
     }
 }
 
-fn power_of_ten(power: f64) -> String {
+/// A power of ten in few characters: "100", "10⁻³".
+pub(crate) fn power_of_ten(power: f64) -> String {
     match power.round() as i32 {
         0 => "1".into(),
         1 => "10".into(),
@@ -240,7 +248,7 @@ fn power_of_ten(power: f64) -> String {
 }
 
 /// An axis of log₁₀ with one line a decade.
-struct LogAxis(f64, f64);
+pub(crate) struct LogAxis(pub(crate) f64, pub(crate) f64);
 
 impl Ranged for LogAxis {
     type FormatOption = plotters::coord::ranged1d::NoDefaultFormatting;

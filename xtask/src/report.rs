@@ -11,6 +11,7 @@ use tetrascope::core::FrameStats;
 use tetrascope_testing::ImageError;
 
 use crate::figures::Measured;
+use crate::sweep::{self, Section};
 
 /// The version of the JSON's layout.
 pub const REPORT_VERSION: u32 = 1;
@@ -186,6 +187,7 @@ pub struct Pictures {
     /// The algorithms in the charts, in the order of their markers.
     plotted: Vec<String>,
     figures: Vec<Measured>,
+    machine: Option<Section>,
 }
 
 /// A picture on the page.
@@ -208,6 +210,7 @@ struct Page<'a> {
     misses: Vec<&'a Check>,
     plotted: &'a [String],
     figures: &'a [Measured],
+    machine: Option<&'a Section>,
     legend_models: [&'static str; 5],
     legend_markers: [&'static str; 4],
 }
@@ -244,6 +247,11 @@ impl Pictures {
     /// Adds figures of a paper that were measured before.
     pub fn add_figures(&mut self, figures: Option<Measured>) {
         self.figures.extend(figures);
+    }
+
+    /// Adds what a sweep of the machine has found before.
+    pub fn set_machine(&mut self, section: Option<Section>) {
+        self.machine = section;
     }
 
     fn card(
@@ -283,8 +291,7 @@ impl Report {
         environment.set_auto_escape_callback(|_| AutoEscape::Html);
         environment.add_filter("scientific", scientific);
         environment.add_filter("ms", milliseconds);
-        environment.add_filter("bytes", bytes);
-        environment.add_filter("thousands", thousands);
+        sweep::add_to(&mut environment);
         environment
             .add_template("index.html", include_str!("template.html"))
             .expect("the template is valid");
@@ -309,6 +316,7 @@ impl Report {
             misses,
             plotted: &pictures.plotted,
             figures: &pictures.figures,
+            machine: pictures.machine.as_ref(),
             legend_models: crate::plot::COLORS,
             legend_markers: crate::plot::MARKERS,
         };
@@ -479,7 +487,7 @@ pub fn bytes(bytes: u64) -> String {
 }
 
 /// "148 955", with thin spaces.
-fn thousands(count: u64) -> String {
+pub(crate) fn thousands(count: u64) -> String {
     let digits = count.to_string();
     let mut grouped = String::new();
     for (i, digit) in digits.chars().enumerate() {
@@ -596,6 +604,18 @@ pub(crate) mod tests {
         for outside in ["src=\"http", "href=\"http", "@import", "url("] {
             assert!(!page.contains(outside), "the page needs {outside}");
         }
+    }
+
+    #[test]
+    fn the_page_shows_a_sweep_where_there_is_one() {
+        let report = report("sphere");
+        let mut pictures = Pictures::default();
+        assert!(!report.to_html(&pictures).contains("id=\"machine\""));
+        let section = Section::new(sweep::tests::small());
+        let answer = section.answer()[1].clone();
+        pictures.set_machine(Some(section));
+        let page = report.to_html(&pictures);
+        assert!(page.contains("id=\"machine\"") && page.contains(&answer));
     }
 
     #[test]

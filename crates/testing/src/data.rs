@@ -2,18 +2,24 @@
 //! or in `../shared/data` beside the repository.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use tetrascope_core::TetMesh;
 use tetrascope_core::mesh::Split;
+use tetrascope_core::{Error, TetMesh};
 use tetrascope_io::{MeshData, ReadOptions, read_mesh};
 
 use crate::{point_scalars, say};
 
-/// The path of a data file; without it, says that `test` is skipped.
-pub fn file(test: &str, name: &str) -> Option<PathBuf> {
+/// Where the data file `name` is looked for.
+pub fn data_path(name: &str) -> PathBuf {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = std::env::var_os("TETRASCOPE_DATA").map_or_else(beside, PathBuf::from);
-    let path = folder.join(name);
+    folder.join(name)
+}
+
+/// The path of a data file; without it, says that `test` is skipped.
+pub fn file(test: &str, name: &str) -> Option<PathBuf> {
+    let path = data_path(name);
     if !path.is_file() {
         say(&format!("skipped: {test}: there is no {}", path.display()));
         return None;
@@ -29,13 +35,26 @@ pub fn mesh_data(test: &str, name: &str) -> Option<MeshData> {
 
 /// The Blunt Fin and its density, each hexahedron in five.
 pub fn blunt_fin(test: &str) -> Option<TetMesh> {
-    let data = mesh_data(test, "bluntfinxyz.bin")?;
-    let field = data.field(Some("density")).expect("a field");
-    let mesh = TetMesh::with_split(data.points, &data.cells, field, Split::FiveAlternating);
-    let mesh = mesh.expect("a mesh");
+    let path = file(test, BLUNT_FIN)?;
+    let mesh = read_blunt_fin(&path).unwrap_or_else(|error| panic!("{error}"));
     // Of the 187 395 of the paper, those with four corners at different places.
     assert_eq!(mesh.cell_count(), 187_395 - 77);
     Some(mesh)
+}
+
+/// The Blunt Fin's file.
+pub const BLUNT_FIN: &str = "bluntfinxyz.bin";
+
+/// The Blunt Fin in the file `path` and its density, each hexahedron in five; it keeps the
+/// hexahedra.
+///
+/// # Errors
+/// Those of the file.
+pub fn read_blunt_fin(path: &Path) -> Result<TetMesh, Error> {
+    let data = read_mesh(path, &ReadOptions::default())?;
+    let field = data.field(Some("density"))?;
+    let cells = Arc::new(data.cells);
+    TetMesh::keeping_cells(data.points, cells, field, Split::FiveAlternating)
 }
 
 /// The Super Phoenix.

@@ -21,7 +21,10 @@ mod views;
 
 #[cfg(feature = "gpu")]
 pub use application::Application;
-pub use data::{angular_sector, blunt_fin, file, liquid_oxygen_post, mesh_data, super_phoenix};
+pub use data::{
+    BLUNT_FIN, angular_sector, blunt_fin, data_path, file, liquid_oxygen_post, mesh_data,
+    read_blunt_fin, super_phoenix,
+};
 #[cfg(feature = "gpu")]
 pub use device::gpu;
 pub use entries::{check_counts, every_setting_arrives, refusal};

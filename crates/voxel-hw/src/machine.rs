@@ -12,8 +12,9 @@
 //! 2. `interleave` says which engine has which pixel.
 //! 3. `engines` counts what each engine does while the voxelizer runs; each fragment generator
 //!    writes the voxels of its own pixels into a texture memory of its own.
-//! 4. [`report`] is what was counted.
-//! 5. [`sensitivity`] halves and doubles each assumption, and says which moves the answer most.
+//! 4. `merge` says what it takes to make texture memories alike.
+//! 5. [`report`] is what was counted.
+//! 6. [`sensitivity`] halves and doubles each assumption, and says which moves the answer most.
 //!
 //! # What this is
 //! A deterministic count of events, weighed with cycles: neither queues nor memory banks are
@@ -44,14 +45,15 @@
 pub mod config;
 mod engines;
 mod interleave;
+mod merge;
 pub mod report;
 pub mod sensitivity;
 
 use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, TetMesh};
 
-pub use config::{MachineConfig, Merge, Voxelizing};
-pub use report::{Buses, Load, MachineReport};
+pub use config::{MachineConfig, Merge, PARAMETERS, Parameter, Source, Voxelizing};
+pub use report::{Buses, Load, MachineReport, Stage};
 pub use sensitivity::Sensitivity;
 
 use crate::volume::VoxelVolume;

@@ -161,6 +161,81 @@ fn more_generators_share_the_work() {
     assert_eq!(reports[0], of(5));
 }
 
+/// How texture memories become alike changes nothing else.
+#[test]
+fn the_merge_is_told_apart() {
+    let options = VoxelizerOptions::default();
+    for pair in machines().chunks(2) {
+        let [broadcast, readback] = pair else {
+            panic!("machines come in pairs");
+        };
+        let reports = [broadcast, readback].map(|config| simulate(options, config).2);
+        assert_eq!(reports[0].clone().merged(readback), reports[1]);
+        assert_eq!(reports[1].clone().merged(broadcast), reports[0]);
+        let longest = reports[0].stages.iter().map(|stage| stage.cycles).max();
+        assert_eq!(longest, Some(reports[0].pipelined_cycles));
+    }
+}
+
+#[test]
+fn what_takes_longest_is_the_bound() {
+    let bound = |config: &MachineConfig| simulate(VoxelizerOptions::default(), config).2.bound();
+    let slow = 1_000_000;
+    let config = MachineConfig::default;
+    for (name, config) in [
+        (
+            "geometry engines",
+            MachineConfig {
+                geometry_cycles_per_triangle: slow,
+                ..config()
+            },
+        ),
+        (
+            "triangle bus",
+            MachineConfig {
+                triangle_bytes: slow,
+                ..config()
+            },
+        ),
+        (
+            "host bus",
+            MachineConfig {
+                corner_bytes: slow,
+                ..config()
+            },
+        ),
+        (
+            "fragment generators",
+            MachineConfig {
+                column_cycles: slow,
+                ..config()
+            },
+        ),
+        (
+            "image engines",
+            MachineConfig {
+                merge_cycles: slow,
+                ..config()
+            },
+        ),
+        (
+            "merge",
+            MachineConfig {
+                corner_bytes: 0,
+                geometry_cycles_per_triangle: 0,
+                triangle_bytes: 0,
+                setup_cycles: 0,
+                fragment_cycles: 0,
+                merge_cycles: 0,
+                column_cycles: 0,
+                ..config()
+            },
+        ),
+    ] {
+        assert_eq!(bound(&config).name, name);
+    }
+}
+
 #[test]
 fn what_does_not_fit_is_said() {
     // Two buffers of 64 bits, and a column of 24 voxels of 32 bits.

@@ -1,4 +1,4 @@
-//! The machine's numbers.
+//! The machine's numbers, each with its source.
 
 use tetrascope_core::Error;
 
@@ -23,99 +23,150 @@ pub enum Merge {
     Readback,
 }
 
-/// A machine.
-///
-/// "Published" is what Akeley's abstract says of the largest RealityEngine, or the paper of it:
-/// 353 processors, which are a command processor, 12 geometry engines, 20 fragment generators and 320
-/// image engines; over a million triangles and over 240 million pixels per second. All others are
-/// assumptions.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MachineConfig {
-    /// Cycles per microsecond of all engines and buses. Assumption: 50.
-    pub clock_mhz: u32,
-    /// Bytes per cycle from the host. Assumption: 2, which are 100 MB/s.
-    pub host_bytes_per_cycle: u32,
-    /// Bytes of a corner: three coordinates and a scalar. Assumption: 16.
-    pub corner_bytes: u32,
-    /// How many share the cells in turn. Published: 12.
-    pub geometry_engines: u32,
-    /// A triangle's share of transformation, classification and slopes. 600, so that 12 engines
-    /// make the published million triangles per second.
-    pub geometry_cycles_per_triangle: u32,
-    /// Bytes per cycle of the triangle bus, on which everything reaches all fragment generators.
-    /// Assumption: 5, which are 250 MB/s.
-    pub triangle_bus_bytes_per_cycle: u32,
-    /// Bytes of a triangle with its slopes. Assumption: 240, which with the bus's rate is
-    /// the published million triangles per second.
-    pub triangle_bytes: u32,
-    /// Published: 5, 10 or 20, on one, two or four boards.
-    pub fragment_generators: u32,
-    /// Cycles of a fragment generator per triangle, also of one that has no pixel of it. Assumption:
-    /// 8.
-    pub setup_cycles: u32,
-    /// Cycles of a fragment generator per fragment: 4, so that 20 make the published 240 million
-    /// per second.
-    pub fragment_cycles: u32,
-    /// For each fragment generator. Published: 16.
-    pub image_engines: u32,
-    /// Bytes of a fragment: pixel, depth, scalar. Assumption: 12.
-    pub fragment_bytes: u32,
-    /// Cycles of an image engine per fragment. Assumption: 32; 16 engines then keep up with
-    /// twice their fragment generator.
-    pub merge_cycles: u32,
-    /// Cycles of an image engine to see whether a cell touched a pixel: it looks at its pixels
-    /// in the cell's rectangle. Assumption: 2.
-    pub examine_cycles: u32,
-    /// Bytes of a pixel that goes back: two depths and two scalars. Assumption: 16.
-    pub pixel_bytes: u32,
-    /// Bytes per cycle from an image engine to its fragment generator. Assumption: 1.
-    pub link_bytes_per_cycle: u32,
-    /// Cycles to find the increment of a column, a division. Assumption: 16.
-    pub column_cycles: u32,
-    /// Cycles per voxel: an addition and a write. Assumption: 1 in a fragment generator; with
-    /// several samples per voxel it reads as well, and takes twice as long.
-    pub voxel_cycles: u32,
-    /// The same in an image engine, whose memory is slower. Assumption: 8.
-    pub image_voxel_cycles: u32,
-    /// Texture memory of each fragment generator, which holds the whole texture. Published (by the
-    /// paper, section 7): 4 to 16 MB; here 16.
-    pub texture_bytes: u64,
-    /// Bits of frame buffer per pixel. Published: 1024 at most.
-    pub pixel_bits: u32,
-    /// Who writes voxels.
-    pub voxelizing: Voxelizing,
-    /// How texture memories become alike.
-    pub merge: Merge,
+/// Where a number of the machine comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Source {
+    /// Akeley's abstract says it of the largest RealityEngine, or the paper says it: 353 processors,
+    /// which are a command processor, 12 geometry engines, 20 fragment generators and 320 image
+    /// engines; over a million triangles and over 240 million pixels per second.
+    Published,
+    /// Nobody says it, but a published rate comes out with it and the assumptions.
+    Fitted,
+    /// Nobody says it.
+    Assumed,
 }
 
-impl Default for MachineConfig {
-    fn default() -> Self {
-        MachineConfig {
-            clock_mhz: 50,
-            host_bytes_per_cycle: 2,
-            corner_bytes: 16,
-            geometry_engines: 12,
-            geometry_cycles_per_triangle: 600,
-            triangle_bus_bytes_per_cycle: 5,
-            triangle_bytes: 240,
-            fragment_generators: 20,
-            setup_cycles: 8,
-            fragment_cycles: 4,
-            image_engines: 16,
-            fragment_bytes: 12,
-            merge_cycles: 32,
-            examine_cycles: 2,
-            pixel_bytes: 16,
-            link_bytes_per_cycle: 1,
-            column_cycles: 16,
-            voxel_cycles: 1,
-            image_voxel_cycles: 8,
-            texture_bytes: 16 << 20,
-            pixel_bits: 1024,
-            voxelizing: Voxelizing::default(),
-            merge: Merge::default(),
-        }
+tetrascope_core::choices! {
+    Merge: "broadcast" = Broadcast, "readback" = Readback;
+    Source: "published" = Published, "fitted" = Fitted, "assumed" = Assumed;
+}
+
+impl Source {
+    /// "published", "fitted" or "assumed".
+    pub fn name(self) -> &'static str {
+        let named = Source::ALL.into_iter().find(|(_, source)| *source == self);
+        named.expect("every source has a name").0
     }
+}
+
+/// A number of the machine.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// As the field of [`MachineConfig`] is called.
+    pub name: &'static str,
+    /// The unit of its value: "cycles", "bytes per cycle", …
+    pub unit: &'static str,
+    /// Where it comes from.
+    pub source: Source,
+    /// The field's documentation, each line after a space.
+    about: &'static str,
+    value: fn(&MachineConfig) -> u64,
+    set: fn(&mut MachineConfig, u64),
+}
+
+impl Parameter {
+    /// An explanation in sentences.
+    pub fn about(&self) -> &'static str {
+        self.about.trim_start()
+    }
+
+    /// Its value in `config`.
+    pub fn of(&self, config: &MachineConfig) -> u64 {
+        (self.value)(config)
+    }
+
+    /// Sets it in `config`, to the greatest that there is if `value` is above that.
+    pub(super) fn set(&self, config: &mut MachineConfig, value: u64) {
+        (self.set)(config, value);
+    }
+}
+
+/// The table of numbers becomes the fields of [`MachineConfig`], their defaults and [`PARAMETERS`].
+macro_rules! machine {
+    ($($(#[doc = $about:literal])+ $name:ident: $type:ty = $default:expr, $unit:literal, $source:ident;)+) => {
+        /// A machine. [`PARAMETERS`] says where its numbers come from.
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct MachineConfig {
+            $($(#[doc = $about])+ pub $name: $type,)+
+            /// Who writes voxels.
+            pub voxelizing: Voxelizing,
+            /// How texture memories become alike.
+            pub merge: Merge,
+        }
+
+        impl Default for MachineConfig {
+            fn default() -> Self {
+                MachineConfig {
+                    $($name: $default,)+
+                    voxelizing: Voxelizing::default(),
+                    merge: Merge::default(),
+                }
+            }
+        }
+
+        /// Every number of a machine, in the order in which a cell meets them.
+        pub const PARAMETERS: &[Parameter] = &[$(Parameter {
+            name: stringify!($name),
+            unit: $unit,
+            source: Source::$source,
+            about: concat!($($about),+),
+            value: |config| config.$name.into(),
+            set: |config, value| config.$name = value.try_into().unwrap_or(<$type>::MAX),
+        }),+];
+    };
+}
+
+machine! {
+    /// The clock of all engines and buses.
+    clock_mhz: u32 = 50, "MHz", Assumed;
+    /// Bandwidth from the host: 100 MB/s.
+    host_bytes_per_cycle: u32 = 2, "bytes per cycle", Assumed;
+    /// A corner of a cell: three coordinates and a scalar.
+    corner_bytes: u32 = 16, "bytes", Assumed;
+    /// How many geometry engines share the cells in turn.
+    geometry_engines: u32 = 12, "engines", Published;
+    /// A triangle's share of transformation, classification and slopes, such that 12 engines make
+    /// the published million triangles per second.
+    geometry_cycles_per_triangle: u32 = 600, "cycles", Fitted;
+    /// Bandwidth of the triangle bus, on which everything reaches all fragment generators:
+    /// 250 MB/s.
+    triangle_bus_bytes_per_cycle: u32 = 5, "bytes per cycle", Assumed;
+    /// A triangle with its slopes, such that the bus carries the published million triangles per
+    /// second.
+    triangle_bytes: u32 = 240, "bytes", Fitted;
+    /// Fragment generators: 5, 10 or 20, on one, two or four boards.
+    fragment_generators: u32 = 20, "engines", Published;
+    /// A fragment generator's time for a triangle, also for one that has no pixel of it.
+    setup_cycles: u32 = 8, "cycles", Assumed;
+    /// A fragment generator's time for a fragment, such that 20 make the published 240 million per
+    /// second.
+    fragment_cycles: u32 = 4, "cycles", Fitted;
+    /// Image engines of each fragment generator.
+    image_engines: u32 = 16, "engines", Published;
+    /// A fragment: pixel, depth and scalar.
+    fragment_bytes: u32 = 12, "bytes", Assumed;
+    /// An image engine's time for a fragment; 16 engines then keep up with twice their fragment
+    /// generator.
+    merge_cycles: u32 = 32, "cycles", Assumed;
+    /// An image engine's time to see whether a cell touched a pixel: it looks at its pixels in the
+    /// cell's rectangle.
+    examine_cycles: u32 = 2, "cycles", Assumed;
+    /// A pixel that goes back: two depths and two scalars.
+    pixel_bytes: u32 = 16, "bytes", Assumed;
+    /// Bandwidth from an image engine to its fragment generator.
+    link_bytes_per_cycle: u32 = 1, "bytes per cycle", Assumed;
+    /// The time to find the increment of a column, a division.
+    column_cycles: u32 = 16, "cycles", Assumed;
+    /// A fragment generator's time for a voxel: an addition and a write. With several samples per
+    /// voxel it reads as well, and takes twice as long.
+    voxel_cycles: u32 = 1, "cycles", Assumed;
+    /// The same in an image engine, whose memory is slower.
+    image_voxel_cycles: u32 = 8, "cycles", Assumed;
+    /// Texture memory of each fragment generator, which holds the whole texture: 4 to 16 MB (the
+    /// paper's section 7), here 16.
+    texture_bytes: u64 = 16 << 20, "bytes", Published;
+    /// Frame buffer of each pixel, at most.
+    pixel_bits: u32 = 1024, "bits", Published;
 }
 
 /// The most engines of a kind: with more the search for an even interleaving takes long.
@@ -151,5 +202,58 @@ impl MachineConfig {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_are_the_fields() {
+        let mut config = MachineConfig::default();
+        for (index, parameter) in PARAMETERS.iter().enumerate() {
+            let value = 1 + index as u64;
+            assert!(!parameter.unit.is_empty() && !parameter.about().starts_with(' '));
+            parameter.set(&mut config, value);
+            assert_eq!(parameter.of(&config), value);
+        }
+        let last = PARAMETERS.len() as u32;
+        assert_eq!((config.clock_mhz, config.pixel_bits), (1, last));
+        let clock = PARAMETERS[0];
+        clock.set(&mut config, u64::MAX);
+        assert_eq!(clock.of(&config), u32::MAX.into());
+        // All that `Debug` prints, but for the two ways to do something.
+        let printed = format!("{config:?}").matches(": ").count();
+        assert_eq!(printed, PARAMETERS.len() + 2);
+    }
+
+    /// What fitted numbers are fitted to.
+    #[test]
+    fn published_rates_come_out() {
+        let MachineConfig {
+            clock_mhz,
+            geometry_engines,
+            geometry_cycles_per_triangle,
+            triangle_bus_bytes_per_cycle,
+            triangle_bytes,
+            fragment_generators,
+            fragment_cycles,
+            image_engines,
+            ..
+        } = MachineConfig::default();
+        // A command processor, and the engines.
+        let image_engines = fragment_generators * image_engines;
+        assert_eq!(
+            1 + geometry_engines + fragment_generators + image_engines,
+            353
+        );
+        // Millions per second.
+        assert_eq!(
+            clock_mhz * geometry_engines / geometry_cycles_per_triangle,
+            1
+        );
+        assert_eq!(clock_mhz * triangle_bus_bytes_per_cycle / triangle_bytes, 1);
+        assert_eq!(clock_mhz * fragment_generators / fragment_cycles, 250);
     }
 }

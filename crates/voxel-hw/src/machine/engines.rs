@@ -6,9 +6,9 @@ use std::ops::Range;
 use tetrascope_core::Error;
 use tetrascope_core::grid::Lattice;
 
-use super::config::{MachineConfig, Merge, Voxelizing};
+use super::config::{MachineConfig, Voxelizing};
 use super::interleave::Interleave;
-use super::report::{Buses, Load, MachineReport};
+use super::report::{Buses, Load, MachineReport, Stage};
 use crate::cell::{Events, Side};
 use crate::options::{VoxelSize, voxel_count};
 use crate::volume::VoxelVolume;
@@ -45,6 +45,19 @@ impl Clocks {
     }
 }
 
+/// A texture memory: the columns of texels over the pixels that cells have touched, by pixel.
+type Texture = BTreeMap<usize, Vec<Texel>>;
+
+/// The texels of a texture that hold something, each as voxel (x, y, z).
+fn texels(texture: &Texture, [nx, _, _]: [usize; 3]) -> impl Iterator<Item = ([i32; 3], Texel)> {
+    texture.iter().flat_map(move |(pixel, column)| {
+        let (x, y) = ((pixel % nx) as i32, (pixel / nx) as i32);
+        let texels = column.iter().enumerate();
+        let held = texels.filter(|(_, (_, writes))| *writes > 0);
+        held.map(move |(z, texel)| ([x, y, z as i32], *texel))
+    })
+}
+
 /// A machine at work.
 #[derive(Debug)]
 pub(super) struct Engines<'a> {
@@ -65,7 +78,7 @@ pub(super) struct Engines<'a> {
     lockstep: u64,
 
     /// What each fragment generator holds: texels of its own pixels.
-    textures: Vec<BTreeMap<usize, Texel>>,
+    textures: Vec<Texture>,
     passes: u64,
     triangles: u64,
     fragments: u64,
@@ -110,7 +123,7 @@ impl<'a> Engines<'a> {
                 Voxelizing::ImageEngines => images,
             }),
             lockstep: 0,
-            textures: vec![BTreeMap::new(); generators as usize],
+            textures: vec![Texture::new(); generators as usize],
             passes: 0,
             triangles: 0,
             fragments: 0,
@@ -134,18 +147,17 @@ impl<'a> Engines<'a> {
         voxelizer: &Voxelizer,
     ) -> Result<(VoxelVolume, MachineReport), Error> {
         let config = self.config;
-        let count = voxel_count(self.lattice.dims)? as u64;
-        let owned: Vec<u64> = self.textures.iter().map(|t| t.len() as u64).collect();
-        let texels = owned.iter().sum();
+        let dims = self.lattice.dims;
+        let owned = self.textures.iter().map(|t| texels(t, dims).count() as u64);
+        let owned: Vec<u64> = owned.collect();
+        let held = owned.iter().sum();
         if config.voxelizing == Voxelizing::ImageEngines {
             // What was made in frame buffers is moved into texture memory, once.
-            let bytes = texels * self.texel_bytes;
+            let bytes = held * self.texel_bytes;
             self.buses.pixels += bytes;
             self.buses.texture += bytes;
-            for (index, _) in self.textures.iter().flatten() {
-                let [nx, ny, _] = self.lattice.dims;
-                let pixel = ((index % nx) as i32, (index / nx % ny) as i32);
-                let engine = self.interleave.engine(pixel);
+            for ([x, y, _], _) in self.textures.iter().flat_map(|t| texels(t, dims)) {
+                let engine = self.interleave.engine((x, y));
                 let cycles = self
                     .texel_bytes
                     .div_ceil(config.link_bytes_per_cycle.into());
@@ -157,30 +169,13 @@ impl<'a> Engines<'a> {
 
         let bus = u64::from(config.triangle_bus_bytes_per_cycle);
         let host = u64::from(config.host_bytes_per_cycle);
-        let texture_bytes = count * self.texel_bytes;
-        let merge_cycles = match config.merge {
-            Merge::Broadcast => {
-                // A texel goes with its address, and each other fragment generator writes it.
-                let bytes = match config.fragment_generators {
-                    1 => 0,
-                    _ => texels * (self.texel_bytes + ADDRESS_BYTES),
-                };
-                self.buses.merge = bytes;
-                let received = owned.iter().map(|own| texels - own);
-                bytes.div_ceil(bus).max(received.max().unwrap_or(0))
-            }
-            Merge::Readback => {
-                self.buses.merge_host = 2 * texture_bytes;
-                self.buses.merge = texture_bytes;
-                let host_cycles = (2 * texture_bytes).div_ceil(host);
-                host_cycles.max(texture_bytes.div_ceil(bus)).max(count)
-            }
-        };
         // Pixels are apart, so texels of different fragment generators never meet.
         let mut merged = AccumulationBuffer::new(&self.lattice, self.range)?;
         *merged.counts() = self.counts;
-        for (index, (sum, writes)) in std::mem::take(&mut self.textures).into_iter().flatten() {
-            merged.add(index, sum, writes);
+        for texture in std::mem::take(&mut self.textures) {
+            for (at, (sum, writes)) in texels(&texture, dims) {
+                merged.add(index(dims, at), sum, writes);
+            }
         }
 
         let add =
@@ -200,15 +195,23 @@ impl<'a> Engines<'a> {
             ),
         };
         let geometry = Load::of(&self.geometry);
-        let ahead = host_cycles.max(geometry.max).max(bus_cycles);
-        let pipelined = ahead
-            .max(Load::of(&generators).max)
-            .max(Load::of(&images).max);
+        let stages = [
+            ("host bus", host_cycles),
+            ("geometry engines", geometry.max),
+            ("triangle bus", bus_cycles),
+            ("fragment generators", Load::of(&generators).max),
+            ("image engines", Load::of(&images).max),
+        ];
+        let stages = stages.map(|(name, cycles)| Stage { name, cycles });
+        let longest = |stages: &[Stage]| stages.iter().map(|stage| stage.cycles).max();
+        let ahead = longest(&stages[..3]).expect("three stages run ahead");
+        let pipelined = longest(&stages).expect("five stages");
         let column_bits = match config.voxelizing {
             Voxelizing::FragmentGenerators => 0,
             Voxelizing::ImageEngines => self.lattice.dims[2] as u64 * 8 * self.texel_bytes,
         };
         let pixel_bits = 8 * u64::from(config.pixel_bytes) + column_bits;
+        let texture_bytes = voxel_count(dims)? as u64 * self.texel_bytes;
         let report = MachineReport {
             passes: self.passes,
             triangles: self.triangles,
@@ -216,7 +219,7 @@ impl<'a> Engines<'a> {
             examined: self.examined,
             pixels: self.pixels,
             voxels: self.counts.writes,
-            texels,
+            texels: held,
             owned_texels: Load::of(&owned),
             host_cycles,
             geometry,
@@ -224,22 +227,21 @@ impl<'a> Engines<'a> {
             scan_conversion: Load::of(&self.scan_conversion.total),
             image_engines: Load::of(&image_engines),
             interpolation: Load::of(&self.interpolation.total),
-            merge_cycles,
+            stages,
+            merge_cycles: 0,
             pipelined_cycles: pipelined,
             lockstep_cycles: ahead.max(self.lockstep),
             buses: self.buses,
+            texel_bytes: self.texel_bytes,
             texture_bytes,
             texture_fits: texture_bytes <= config.texture_bytes,
             pixel_bits,
             pixel_fits: pixel_bits <= config.pixel_bits.into(),
             clock: f64::from(config.clock_mhz) * 1e6,
         };
-        Ok((merged.finish(voxelizer)?, report))
+        Ok((merged.finish(voxelizer)?, report.merged(config)))
     }
 }
-
-/// Where a texel is, on the bus.
-const ADDRESS_BYTES: u64 = 4;
 
 impl Target for Engines<'_> {
     fn dims(&self) -> [usize; 3] {
@@ -322,11 +324,13 @@ impl Events for Engines<'_> {
     }
 
     fn voxel(&mut self, at: [i32; 3], scalar: u32) {
-        let [x, y, _] = at;
+        let [x, y, z] = at;
         let generator = self.interleave.generator(self.interleave.engine((x, y)));
-        let texel = self.textures[generator]
-            .entry(index(self.lattice.dims, at))
-            .or_default();
+        let [nx, _, nz] = self.lattice.dims;
+        let column = self.textures[generator]
+            .entry(x as usize + nx * y as usize)
+            .or_insert_with(|| vec![Texel::default(); nz]);
+        let texel = &mut column[z as usize];
         texel.0 += u64::from(scalar);
         texel.1 += 1;
     }

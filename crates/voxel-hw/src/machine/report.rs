@@ -54,6 +54,15 @@ pub struct Buses {
     pub merge_host: u64,
 }
 
+/// One of the parts of a machine that work at the same time, each on another cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stage {
+    /// "host bus", "geometry engines", "triangle bus", "fragment generators" or "image engines".
+    pub name: &'static str,
+    /// Cycles in which its busiest unit works.
+    pub cycles: u64,
+}
+
 /// What a machine did, and how long it took.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachineReport {
@@ -85,6 +94,9 @@ pub struct MachineReport {
     pub image_engines: Load,
     /// Interpolation and voxels, in fragment generators or image engines.
     pub interpolation: Load,
+    /// The stages, in the order in which a cell goes through them. Fragment generators, or image
+    /// engines, make voxels in turn with what else they do.
+    pub stages: [Stage; 5],
     /// Cycles until texture memories are alike, once all cells are done.
     pub merge_cycles: u64,
     /// Cycles if all stages always work, each without waiting for another: no fewer are needed.
@@ -94,6 +106,8 @@ pub struct MachineReport {
     pub lockstep_cycles: u64,
     /// Bytes over each connection.
     pub buses: Buses,
+    /// Bytes of a texel.
+    pub texel_bytes: u64,
     /// Bytes of the texture, of which each fragment generator has a copy.
     pub texture_bytes: u64,
     /// Whether that fits.
@@ -112,6 +126,19 @@ impl MachineReport {
     pub fn frames_per_second(&self) -> (f64, f64) {
         let rate = |cycles: u64| self.clock / (cycles + self.merge_cycles).max(1) as f64;
         (rate(self.lockstep_cycles), rate(self.pipelined_cycles))
+    }
+
+    /// The part of the machine that takes the greatest part of the time where all stages always
+    /// work: the longest stage, or "merge", which comes after them.
+    pub fn bound(&self) -> Stage {
+        let merge = Stage {
+            name: "merge",
+            cycles: self.merge_cycles,
+        };
+        // Among equally long ones, take the first: the maximum is the last of its equals.
+        let stages = self.stages.into_iter().chain([merge]).rev();
+        let longest = stages.max_by_key(|stage| stage.cycles);
+        longest.expect("there are stages")
     }
 }
 
@@ -155,6 +182,7 @@ impl fmt::Display for MachineReport {
             "{:<20} {:>12} to {} cycles, and the merge",
             "in all", self.pipelined_cycles, self.lockstep_cycles
         )?;
+        writeln!(f, "{:<20} {:>12}", "bound by", self.bound().name)?;
         let (least, most) = self.frames_per_second();
         writeln!(f, "{:<20} {least:.1} to {most:.1}", "volumes per second")?;
         let Buses {

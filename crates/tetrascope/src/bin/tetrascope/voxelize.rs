@@ -5,7 +5,9 @@ use tetrascope::core::grid::Samples;
 use tetrascope::core::{Error, TetMesh, number};
 use tetrascope::io::vti::check_path as check_vti_path;
 use tetrascope::io::{Compression, write_vti};
-use tetrascope::voxel_hw::machine::{Load, MachineConfig, Merge, Sensitivity, Voxelizing};
+use tetrascope::voxel_hw::machine::{
+    Load, MachineConfig, Merge, PARAMETERS, Sensitivity, Source, Voxelizing,
+};
 use tetrascope::voxel_hw::{Offsets, VoxelVolume, Voxelizer, VoxelizerOptions, voxels_over};
 
 use crate::args::{MachineArgs, VoxelArgs, VoxelizeArgs};
@@ -83,8 +85,11 @@ pub(crate) fn machine(args: &MachineArgs, output: &Output) -> Result<(), Stop> {
     let ((volume, report), _) =
         output.timed(&what, || voxelizer.simulate(&mesh, &lattice, &config))?;
     say(&volume, output);
+    let published = PARAMETERS.iter().filter(|p| p.source == Source::Published);
     output.note(format_args!(
-        "  most weights are assumptions: `tetrascope_voxel_hw::machine` says which"
+        "  of the machine's {} numbers {} were published; `--sensitivity` lists the others",
+        PARAMETERS.len(),
+        published.count()
     ));
     let found = match args.sensitivity {
         false => Vec::new(),
@@ -109,6 +114,15 @@ pub(crate) fn machine(args: &MachineArgs, output: &Output) -> Result<(), Stop> {
     }
     let sensitivity = found.iter().map(|found| {
         json!({"name": found.name, "value": found.value, "volumes_per_second": found.ratios})
+    });
+    let machine = PARAMETERS.iter().map(|parameter| {
+        json!({
+            "name": parameter.name,
+            "value": parameter.of(&config),
+            "unit": parameter.unit,
+            "source": parameter.source.name(),
+            "about": parameter.about(),
+        })
     });
     let load = |load: &Load| json!({"units": load.units, "min": load.min, "mean": load.mean, "max": load.max});
     let (least, most) = report.frames_per_second();
@@ -146,19 +160,25 @@ pub(crate) fn machine(args: &MachineArgs, output: &Output) -> Result<(), Stop> {
         "texture_fits": report.texture_fits,
         "pixel_bits": report.pixel_bits,
         "pixel_fits": report.pixel_fits,
+        "bound": report.bound().name,
         "volumes_per_second": [least, most],
+        "machine": machine.collect::<Vec<_>>(),
         "sensitivity": sensitivity.collect::<Vec<_>>(),
     }))
 }
 
 /// A line for each assumption.
 fn table(found: &[Sensitivity]) -> Vec<String> {
-    let head = "volumes per second, over those above, with half and twice of each assumption";
+    let head =
+        "volumes per second, over those above, with half and twice of what was not published";
     let line = |found: &Sensitivity| {
         let [half, twice] = found.ratios;
         format!(
-            "{:<30} {:>6}   {half:.3}   {twice:.3}",
-            found.name, found.value
+            "{:<30} {:>6} {:<16} {:<8}   {half:.3}   {twice:.3}",
+            found.name,
+            found.value,
+            found.unit,
+            found.source.name()
         )
     };
     [head.to_owned()]
