@@ -1,5 +1,5 @@
-//! Resamples a mesh each time that a line comes in and prints the seconds, so that another program
-//! can have its turn in between: `benches/peers/vtk_resample.py` does.
+//! Resamples and voxelizes a mesh each time that a line comes in and prints the seconds of both, so
+//! that another program can have its turn in between: `benches/peers/vtk_resample.py` does.
 //!
 //! Arguments: a data set's name or a file, and dims. A turn has the upload of the whole mesh in it,
 //! as of one that has changed, and the wait for the samples; not their way back, as `slicing` draws
@@ -12,6 +12,7 @@ use tetrascope::core::grid::Lattice;
 use tetrascope::core::{Error, TetMesh, Volume};
 use tetrascope::resample::{Resampler, ResamplerOptions};
 use tetrascope::scene::VolumeSource;
+use tetrascope::voxel_hw::{Columns, DeviceVoxelizer, Voxelizer, VoxelizerOptions};
 use tetrascope::{Context, volumes};
 
 fn mesh(name: &str) -> Result<TetMesh, Error> {
@@ -47,13 +48,24 @@ fn main() -> Result<(), Error> {
         &ResamplerOptions::default(),
     )?;
     resampler.resample()?;
+    let voxelizer = Voxelizer::new(VoxelizerOptions {
+        columns: Columns::Longest,
+        ..VoxelizerOptions::default()
+    })?;
+    let mut voxelizer = DeviceVoxelizer::new(context.gpu()?, &voxelizer, &mesh, &lattice)?;
+    voxelizer.voxelize()?;
     let adapter = context.adapter().unwrap_or_default();
     println!("{} cells, {adapter}", mesh.cell_count());
     for _ in std::io::stdin().lock().lines().map_while(Result::ok) {
         let start = Instant::now();
         resampler.reload(&mesh)?;
         resampler.resample()?;
-        println!("{}", start.elapsed().as_secs_f64());
+        let resampled = start.elapsed();
+        let start = Instant::now();
+        voxelizer.reload(&mesh)?;
+        voxelizer.voxelize()?;
+        let voxelized = start.elapsed();
+        println!("{} {}", resampled.as_secs_f64(), voxelized.as_secs_f64());
         // Nobody who waits for it is there if it fails.
         let _ = std::io::stdout().flush();
     }

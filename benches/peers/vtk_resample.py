@@ -1,4 +1,4 @@
-"""Samples of a mesh on a regular grid by VTK's vtkResampleToImage and by ours, in turn.
+"""Samples of a mesh on a regular grid by VTK's vtkResampleToImage and by `resample` and `voxel-hw`, in turn.
 
     pip install vtk numpy
     cargo build --release --workspace --example resample_in_turn
@@ -38,11 +38,13 @@ def main():
     )
     print("ours:", ours.stdout.readline().strip())
     print("VTK:", vtk.vtkVersion().GetVTKVersion(), mesh.GetNumberOfCells(), "cells")
-    times = {"ours": [], "VTK": []}
+    times = {"resample": [], "voxel-hw": [], "VTK": []}
     for _ in range(ROUNDS):
         ours.stdin.write("\n")
         ours.stdin.flush()
-        times["ours"].append(float(ours.stdout.readline()))
+        resampled, voxelized = ours.stdout.readline().split()
+        times["resample"].append(float(resampled))
+        times["voxel-hw"].append(float(voxelized))
         # Other points make it find the cells anew, as those of a mesh that has moved.
         mesh.GetPoints().Modified()
         mesh.Modified()
@@ -54,7 +56,9 @@ def main():
     medians = {name: statistics.median(seconds) for name, seconds in times.items()}
     for name, seconds in medians.items():
         print(f"{name}: {1e3 * seconds:.0f} ms ({dims}, median of {ROUNDS})")
-    print(f"VTK / ours: {medians['VTK'] / medians['ours']:.2f}")
+    print(f"VTK / resample: {medians['VTK'] / medians['resample']:.2f}")
+    print(f"VTK / voxel-hw: {medians['VTK'] / medians['voxel-hw']:.2f}")
+    print(f"voxel-hw / resample: {medians['voxel-hw'] / medians['resample']:.2f}")
 
 
 main()

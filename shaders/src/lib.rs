@@ -61,6 +61,7 @@ macro_rules! cell_program {
             "projection/frame.wgsl",
             "projection/vertices.wgsl",
             "projection/mesh.wgsl",
+            "common/turns.wgsl",
             "common/sides.wgsl",
             "projection/footprint.wgsl",
             "projection/chord.wgsl",
@@ -142,7 +143,11 @@ pub mod gather {
 /// The parts in `common`, as programs for their tests.
 pub mod common {
     /// `sides.wgsl` over many points at once.
-    pub const SIDES: &str = program!("common/sides.wgsl", "common/sides_probe.wgsl");
+    pub const SIDES: &str = program!(
+        "common/turns.wgsl",
+        "common/sides.wgsl",
+        "common/sides_probe.wgsl",
+    );
     /// `optics.wgsl` and tables over many segments at once.
     pub const PROBE: &str = program!(
         "common/optics_model.wgsl",
@@ -264,6 +269,7 @@ pub mod raycast_peel {
         "common/surfaces.wgsl",
         "preintegration/axes.wgsl",
         "preintegration/lookup.wgsl",
+        "common/turns.wgsl",
         "common/sides.wgsl",
         "common/texels.wgsl",
         "raycast_peel/rays.wgsl",
@@ -279,6 +285,7 @@ pub mod raycast_peel {
     );
     /// The boundary faces that rays cross, layer by layer.
     pub const PEEL: &str = program!(
+        "common/turns.wgsl",
         "common/sides.wgsl",
         "common/texels.wgsl",
         "raycast_peel/rays.wgsl",
@@ -301,6 +308,7 @@ pub mod raycast_peel {
         "common/surfaces.wgsl",
         "preintegration/axes.wgsl",
         "preintegration/lookup.wgsl",
+        "common/turns.wgsl",
         "common/sides.wgsl",
         "common/texels.wgsl",
         "raycast_peel/rays.wgsl",
@@ -328,6 +336,7 @@ pub mod ping_pong {
     /// Phases 1 and 2: where rays come in, by sides.
     pub const ENTRY_SIDES: &str = program!(
         "ping_pong/rays.wgsl",
+        "common/turns.wgsl",
         "common/sides.wgsl",
         "raycast_peel/shear.wgsl",
         "ping_pong/sides.wgsl",
@@ -338,6 +347,7 @@ pub mod ping_pong {
     pub const STEP: &str = step_program!("ping_pong/planes.wgsl");
     /// Phase 3a: one cell, by sides.
     pub const STEP_SIDES: &str = step_program!(
+        "common/turns.wgsl",
         "common/sides.wgsl",
         "raycast_peel/shear.wgsl",
         "ping_pong/sides.wgsl"
@@ -348,28 +358,35 @@ pub mod ping_pong {
     pub const TALLY: &str = program!("ping_pong/rays.wgsl", "ping_pong/tally.wgsl");
 }
 
+/// Work of cells that meet columns, `columns` of `tetrascope-gpu`.
+pub mod columns {
+    /// How many workgroups take the cells with much to do.
+    pub const ARRANGE: &str = program!("columns/arrange.wgsl");
+}
+
 /// Resampling of tetrahedral meshes (`tetrascope-resample`).
 pub mod resample {
-    /// Passes 1 and 3: the samples in cells with little and with much to do.
+    /// The samples in cells, with little and with much to do.
     pub const FILL: &str = program!(
+        "common/turns.wgsl",
         "common/sides.wgsl",
         "resample/mesh.wgsl",
         "resample/column.wgsl",
         "resample/put.wgsl",
-        "resample/fill.wgsl",
+        "columns/fill.wgsl",
     );
-    /// Pass 2: how many workgroups take the cells with much to do.
-    pub const ARRANGE: &str = program!("resample/arrange.wgsl");
     /// As `FILL`, and how often each sample is written, to test it.
     pub const FILL_COUNTED: &str = program!(
+        "common/turns.wgsl",
         "common/sides.wgsl",
         "resample/mesh.wgsl",
         "resample/column.wgsl",
         "resample/put_counted.wgsl",
-        "resample/fill.wgsl",
+        "columns/fill.wgsl",
     );
     /// The triangles of every cell, as published.
     pub const ELEMENTS: &str = program!(
+        "common/turns.wgsl",
         "common/sides.wgsl",
         "resample/mesh.wgsl",
         "resample/element.wgsl",
@@ -386,11 +403,29 @@ pub mod resample {
     );
 }
 
+/// Voxelization between two buffers (`tetrascope-voxel-hw`).
+pub mod voxel_hw {
+    /// The voxels of tetrahedra, in integers.
+    pub const TETRAHEDRA: &str = program!(
+        "common/turns.wgsl",
+        "voxel_hw/wide.wgsl",
+        "voxel_hw/work.wgsl",
+        "voxel_hw/face.wgsl",
+        "voxel_hw/tetrahedra.wgsl",
+        "voxel_hw/column.wgsl",
+        "voxel_hw/put.wgsl",
+        "columns/fill.wgsl",
+    );
+    /// Sums of scalars become samples.
+    pub const RESOLVE: &str = program!("voxel_hw/resolve.wgsl");
+}
+
 /// Slices of tetrahedral meshes (`mesh_slices` of `tetrascope-resample`).
 pub mod mesh_slices {
     /// The triangles of every cell as a camera sees it.
     pub const VIEW_ELEMENTS: &str = program!(
         "common/look.wgsl",
+        "common/turns.wgsl",
         "common/sides.wgsl",
         "mesh_slices/frame.wgsl",
         "resample/element.wgsl",
@@ -403,6 +438,7 @@ pub mod mesh_slices {
         "common/ends.wgsl",
         "common/optics_model.wgsl",
         "common/transfer_function.wgsl",
+        "common/turns.wgsl",
         "common/sides.wgsl",
         "mesh_slices/frame.wgsl",
         "resample/element.wgsl",
@@ -411,7 +447,7 @@ pub mod mesh_slices {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 45] = [
+pub const PROGRAMS: [(&str, &str); 47] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -439,7 +475,9 @@ pub const PROGRAMS: [(&str, &str); 45] = [
     ("slicing::SLICE_DEVICE", slicing::SLICE_DEVICE),
     ("slicing::SLICE_COVERED", slicing::SLICE_COVERED),
     ("slicing::RANGES", slicing::RANGES),
-    ("resample::ARRANGE", resample::ARRANGE),
+    ("columns::ARRANGE", columns::ARRANGE),
+    ("voxel_hw::TETRAHEDRA", voxel_hw::TETRAHEDRA),
+    ("voxel_hw::RESOLVE", voxel_hw::RESOLVE),
     ("resample::FILL", resample::FILL),
     ("resample::FILL_COUNTED", resample::FILL_COUNTED),
     ("resample::ELEMENTS", resample::ELEMENTS),

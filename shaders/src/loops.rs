@@ -60,12 +60,12 @@ pub const MOST_KNOTS: usize = 1 << 14;
 /// `tetrascope-raycast-peel` holds itself: [`MOST_PASSES`] with room for what is before it.
 pub const MARCH_PASSES: u32 = 60_000;
 
-/// The most passes of one invocation of `tetrascope-resample` for a cell of its own.
-pub const RESAMPLE_PASSES: u32 = 4096;
+/// The most passes of one invocation for the columns of a cell of its own, `columns` of
+/// `tetrascope-gpu`.
+pub const COLUMN_CELL_PASSES: u32 = 4096;
 
-/// The most samples along each axis of the part of a grid that `tetrascope-resample` fills in one
-/// dispatch.
-pub const RESAMPLE_SIDE: u32 = 2048;
+/// The most samples along each axis of the part of a grid whose columns are filled in one dispatch.
+pub const COLUMN_SIDE: u32 = 2048;
 
 /// The most lights of an appearance, as `tetrascope-core` has it.
 pub const MOST_LIGHTS: usize = 256;
@@ -138,9 +138,9 @@ pub const LOOPS: &[Loop] = &[
 
     of("mesh_slices/mesh_slice.wgsl", "shaded_center", AtMost(4), "corners of a cell"),
 
-    of("resample/column.wgsl", "fill_column", Counted, "samples of a column in a cell, in cs_small and cs_large"),
-    of("resample/fill.wgsl", "cs_small", InAll(8 * RESAMPLE_PASSES as u64 + 8), "columns and samples of a cell, RESAMPLE_PASSES; the eight neighbors' add up"),
-    of("resample/fill.wgsl", "cs_large", InAll(16 * (RESAMPLE_SIDE as u64 + 10) + 1), "columns of a cell for each of its invocations, 16, with RESAMPLE_SIDE samples each"),
+    of("columns/fill.wgsl", "fill_columns", InAll(16 * (COLUMN_SIDE as u64 + 10) + 1), "columns and samples of a cell: COLUMN_CELL_PASSES of each of eight neighbors, which add up, in cs_small; in cs_large 16 columns of each, side by side, of COLUMN_SIDE samples"),
+    of("resample/column.wgsl", "fill_column", Counted, "samples of a column in a cell, in fill_columns"),
+    of("voxel_hw/column.wgsl", "fill_between", Counted, "voxels of a column in a cell, in fill_columns"),
 
     of("raycast_peel/crossings.wgsl", "peeled_faces", AtMost(16), "layers, MOST_LAYERS"),
     of("raycast_peel/crossings.wgsl", "search", Counted, "entries of a list or tree, in trace"),

@@ -6,7 +6,8 @@
 //! programs and [`passes`] makes bind groups; [`transfer_function`] and
 //! [`preintegration`] take numbers of `tetrascope-f32` to the device; [`draw`] is the one way in
 //! which renderers record frames, and [`canvas`] what theirs share; [`timer`] measures a frame
-//! there; [`sort`] orders keys on it.
+//! there; [`sort`] orders keys on it; [`tables`] hold a mesh that changes, and [`columns`] share out
+//! its cells among invocations.
 //!
 //! # Failure
 //! A missing adapter, a mesh too large for the device, an exhausted memory and a
@@ -60,6 +61,7 @@
 
 pub mod adapter;
 pub mod canvas;
+pub mod columns;
 pub mod device_grid;
 pub mod draw;
 pub mod gather;
@@ -69,6 +71,7 @@ pub mod pipelines;
 pub mod preintegration;
 pub mod sides;
 pub mod sort;
+pub mod tables;
 pub mod timer;
 pub mod transfer_function;
 

@@ -1,23 +1,21 @@
-//! The passes of [`Passes::Direct`](crate::Passes::Direct): `fill.wgsl` and `arrange.wgsl`.
+//! The passes of [`Passes::Direct`](crate::Passes::Direct): `column.wgsl` for `columns/fill.wgsl`.
 
 use tetrascope_core::Error;
 use tetrascope_core::grid::Lattice;
 use tetrascope_gpu::Gpu;
+use tetrascope_gpu::columns::{Columns, Programs};
 use tetrascope_gpu::passes::{READ, WRITE, group};
-use tetrascope_gpu::pipelines::{ComputeProgram, Constant};
+use tetrascope_gpu::pipelines::ComputeProgram;
+use tetrascope_gpu::tables::{TABLE, Table, grown, holds};
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
 use tetrascope_gpu::{DeviceGrid, sides};
-use tetrascope_shaders::loops::{RESAMPLE_PASSES, RESAMPLE_SIDE};
-use tetrascope_shaders::resample::{ARRANGE, FILL, FILL_COUNTED};
+use tetrascope_shaders::loops::{COLUMN_CELL_PASSES, COLUMN_SIDE};
+use tetrascope_shaders::resample::{FILL, FILL_COUNTED};
 
 use crate::gpu_data::Work;
 use crate::placed::{Placed, along};
-use crate::tables::{TABLE, Table, grown, holds};
 
 const LABEL: &str = "resample::direct";
-
-/// Invocations of a workgroup.
-const THREADS: u32 = 64;
 
 /// Bytes of zeros that clear a texture part by part.
 const ZEROS: u64 = 1 << 20;
@@ -26,10 +24,10 @@ const ZEROS: u64 = 1 << 20;
 /// tests try other numbers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tuning {
-    /// Passes of loops that one invocation takes for a cell, at most [`RESAMPLE_PASSES`]; cells of
+    /// Passes of loops that one invocation takes for a cell, at most [`COLUMN_CELL_PASSES`]; cells of
     /// more are shared by workgroups.
     pub(crate) small: u32,
-    /// Samples along each axis that are filled in one dispatch, at most [`RESAMPLE_SIDE`].
+    /// Samples along each axis that are filled in one dispatch, at most [`COLUMN_SIDE`].
     pub(crate) side: u32,
     /// Whether to count how often each sample is written.
     pub(crate) counted: bool,
@@ -43,13 +41,13 @@ impl Tuning {
     pub(crate) fn new(gpu: &Gpu) -> Tuning {
         let small = match gpu.is_software() {
             // One invocation after the other: the fewer idle ones the better.
-            true => RESAMPLE_PASSES,
+            true => COLUMN_CELL_PASSES,
             // Thousands at once: none should be long.
             false => 512,
         };
         Tuning {
             small,
-            side: RESAMPLE_SIDE,
+            side: COLUMN_SIDE,
             counted: false,
             adds: gpu.features().contains(wgpu::Features::FLOAT32_BLENDABLE),
             rounded: 1.0 / 256.0,
@@ -81,28 +79,17 @@ struct Part {
 pub(crate) struct Direct {
     gpu: Gpu,
     layout: wgpu::BindGroupLayout,
-    pipelines: Pipelines,
+    /// For fields of points, and for those of cells.
+    programs: [Programs; 2],
     samples: wgpu::BindGroup,
     texture: wgpu::Texture,
     zeros: wgpu::Buffer,
-    /// How many cells are in each list.
-    counts: wgpu::Buffer,
-    /// Workgroups of dispatches.
-    workgroups: wgpu::Buffer,
-    arranged: wgpu::BindGroup,
+    columns: Columns,
     buffers: Buffers,
     cell_count: u32,
     cell_data: bool,
     /// How often each sample was written, in tests.
     writes: Option<wgpu::Buffer>,
-}
-
-/// For fields of points, and for those of cells.
-#[derive(Debug)]
-struct Pipelines {
-    arrange: wgpu::ComputePipeline,
-    small: [wgpu::ComputePipeline; 2],
-    large: [wgpu::ComputePipeline; 2],
 }
 
 impl Direct {
@@ -117,7 +104,6 @@ impl Direct {
         let counted = tuning.counted;
         let compute = ShaderStages::COMPUTE;
         let layout = gpu.layout(LABEL, compute, &[READ, TABLE, TABLE, READ, WRITE, WRITE])?;
-        let arrange_layout = gpu.layout(LABEL, compute, &[READ, WRITE])?;
         let put_types: &[_] = if counted {
             &[SAMPLES, WRITE]
         } else {
@@ -126,32 +112,17 @@ impl Direct {
         let put_layout = gpu.layout(LABEL, compute, put_types)?;
         let source = if counted { FILL_COUNTED } else { FILL };
         let constant = sides::constant(gpu)?;
-        let pipeline = |source, entry, constants: Vec<Constant>, groups| {
-            gpu.compute_pipeline(&ComputeProgram {
+        let programs = |cell_data: f64| {
+            let program = ComputeProgram {
                 label: LABEL,
                 source,
-                entry: Some(entry),
-                constants,
-                groups,
-            })
-        };
-        let both = |entry: &'static str| -> Result<[wgpu::ComputePipeline; 2], Error> {
-            let of = |cell_data: f64| {
-                let constants = vec![constant, ("CELL_DATA", cell_data)];
-                pipeline(
-                    source,
-                    entry,
-                    constants,
-                    vec![layout.clone(), put_layout.clone()],
-                )
+                entry: None,
+                constants: vec![constant, ("CELL_DATA", cell_data)],
+                groups: vec![layout.clone(), put_layout.clone()],
             };
-            Ok([of(0.0)?, of(1.0)?])
+            Programs::new(gpu, &program)
         };
-        let pipelines = Pipelines {
-            small: both("cs_small")?,
-            arrange: pipeline(ARRANGE, "cs_arrange", vec![], vec![arrange_layout.clone()])?,
-            large: both("cs_large")?,
-        };
+        let programs = [programs(0.0)?, programs(1.0)?];
         let writes = match counted {
             false => None,
             true => {
@@ -166,30 +137,21 @@ impl Direct {
             resources.extend(writes.as_ref().map(|writes| writes.as_entire_binding()));
             group(gpu, LABEL, &put_layout, &resources)
         })?;
-        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-        let counts = gpu.buffer("resample::counts", 16, usage | BufferUsages::COPY_SRC)?;
-        let usage = BufferUsages::STORAGE | BufferUsages::INDIRECT;
-        let workgroups = gpu.buffer("resample::workgroups", 48, usage)?;
+        let columns = Columns::new(gpu)?;
         // Rows of a texture that are copied are whole multiples of 256 bytes.
         let row = (8 * u64::from(grid.texture().width())).next_multiple_of(256);
         let usage = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let zeros = gpu.buffer("resample::zeros", row.max(ZEROS), usage)?;
-        let arranged = gpu.checked(LABEL, 0, || {
-            let resources = [&counts, &workgroups].map(|b| b.as_entire_binding());
-            group(gpu, LABEL, &arrange_layout, &resources)
-        })?;
         let of_grid = parts(grid.lattice(), tuning);
-        let buffers = Buffers::new(gpu, &layout, &counts, &of_grid, None, [0, 0, 0])?;
+        let buffers = Buffers::new(gpu, &layout, columns.counts(), &of_grid, None, [0, 0, 0])?;
         let mut direct = Direct {
             gpu: gpu.clone(),
             layout,
-            pipelines,
+            programs,
             samples,
             texture: grid.texture().clone(),
             zeros,
-            counts,
-            workgroups,
-            arranged,
+            columns,
             buffers,
             cell_count: 0,
             cell_data: false,
@@ -210,7 +172,14 @@ impl Direct {
         if !self.buffers.fit(needed) {
             let of_grid: Vec<Work> = self.buffers.parts.iter().map(|p| p.of_grid).collect();
             let old = Some(&self.buffers);
-            let made = Buffers::new(gpu, &self.layout, &self.counts, &of_grid, old, needed)?;
+            let made = Buffers::new(
+                gpu,
+                &self.layout,
+                self.columns.counts(),
+                &of_grid,
+                old,
+                needed,
+            )?;
             self.buffers = made;
         }
         let buffers = &self.buffers;
@@ -237,32 +206,11 @@ impl Direct {
         if let Some(writes) = &self.writes {
             encoder.clear_buffer(writes, 0, None);
         }
-        let kind = usize::from(self.cell_data);
-        let rows = |threads: u32| {
-            let workgroups = threads.div_ceil(THREADS);
-            let rows = workgroups.div_ceil(65_535).max(1);
-            (workgroups.div_ceil(rows), rows)
-        };
-        let (x, y) = rows(self.cell_count);
+        let programs = &self.programs[usize::from(self.cell_data)];
         for part in &self.buffers.parts {
-            encoder.clear_buffer(&self.counts, 0, None);
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(LABEL),
-                timestamp_writes: None,
-            });
-            pass.set_bind_group(0, &part.group, &[]);
-            pass.set_bind_group(1, &self.samples, &[]);
-            pass.set_pipeline(&self.pipelines.small[kind]);
-            pass.dispatch_workgroups(x, y, 1);
-            pass.set_bind_group(0, &self.arranged, &[]);
-            pass.set_pipeline(&self.pipelines.arrange);
-            pass.dispatch_workgroups(1, 1, 1);
-            pass.set_bind_group(0, &part.group, &[]);
-            pass.set_bind_group(1, &self.samples, &[]);
-            pass.set_pipeline(&self.pipelines.large[kind]);
-            for list in 0..3 {
-                pass.dispatch_workgroups_indirect(&self.workgroups, 16 * list);
-            }
+            let groups = [&part.group, &self.samples];
+            self.columns
+                .record(encoder, programs, &groups, self.cell_count);
         }
     }
 
@@ -382,7 +330,7 @@ impl Buffers {
     }
 }
 
-/// The parts of a grid that are filled one by one, of at most [`RESAMPLE_SIDE`] samples along
+/// The parts of a grid that are filled one by one, of at most [`COLUMN_SIDE`] samples along
 /// each axis; nearly always one.
 fn parts(lattice: &Lattice, tuning: Tuning) -> Vec<Work> {
     let along = along(lattice);

@@ -16,7 +16,7 @@
 //! | 3.2, resampling | `textured` records the passes, and copies slice by slice into the grid |
 //! | 3.2, rendering | `mesh_slices`: [`MeshSlices`] draws a picture slice by slice, without a grid |
 //! | 4, one pass | `fs_both` of `section.wgsl` |
-//! | in place of 2 to 4, [`Passes::Direct`] | `direct` records the passes. `fill.wgsl` goes through the columns of samples that a cell meets, cells with much to do apart (`arrange.wgsl`), and `column.wgsl` finds the part of a column in the cell and writes the samples there |
+//! | in place of 2 to 4, [`Passes::Direct`] | `direct` records the passes. `columns/fill.wgsl` goes through the columns of samples that a cell meets, cells with much to do apart, and `column.wgsl` finds the part of a column in the cell and writes the samples there |
 //!
 //! [`Resampler`] is a mesh and its grid. [`Resampling`] draws a mesh by the slices of its grid, with
 //! [`Slicing`](tetrascope_slicing::Slicing), and [`MeshSlices`] without one.
@@ -129,7 +129,6 @@ mod placed;
 mod renderer;
 mod resampler;
 mod slabs;
-mod tables;
 mod textured;
 #[cfg(test)]
 mod triangles;

@@ -11,7 +11,7 @@ use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
 use tetrascope_shaders::resample::ACTIVE;
 
 use crate::gpu_data::{Draw, Element, Step};
-use crate::tables::{grown, holds};
+use tetrascope_gpu::tables::{grown, holds};
 
 const LABEL: &str = "resample::slabs";
 

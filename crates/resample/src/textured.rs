@@ -13,8 +13,8 @@ use crate::gpu_data::Work;
 use crate::options::{Passes, ResamplerOptions};
 use crate::placed::Placed;
 use crate::slabs::{Drawn, Elements, Slabs, compute};
-use crate::tables::{TABLE, Table, grown, holds};
 use crate::weights::upload;
+use tetrascope_gpu::tables::{TABLE, Table, grown, holds};
 
 const LABEL: &str = "resample::textured";
 

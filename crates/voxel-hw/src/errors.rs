@@ -9,10 +9,11 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, TetMesh};
 
-use crate::options::{Cells, voxel_count};
+use crate::options::{Cells, Columns, voxel_count};
 use crate::source::{ToVoxels, for_each_cell};
+use crate::space::Space;
 use crate::volume::VoxelVolume;
-use crate::voxelizer::{index, zeros};
+use crate::voxelizer::zeros;
 
 /// Shares of a voxel below this are rounding: a cell's pieces have errors of 10⁻¹⁵ or so of its
 /// own volume, and hundreds of cells may meet in a voxel.
@@ -113,6 +114,7 @@ pub fn exact_coverage(mesh: &TetMesh, lattice: &Lattice) -> Result<Vec<f64>, Err
     lattice.validate()?;
     let dims = lattice.dims;
     let mut coverage = zeros(voxel_count(dims)?)?;
+    let space = Space::new(lattice, Columns::Z);
     let to_voxels = ToVoxels::new(lattice);
     for_each_cell(mesh, Cells::Tetrahedra, &to_voxels, |_, cell| {
         let corners = [0, 1, 2, 3].map(|i| cell.corners[i]);
@@ -134,7 +136,7 @@ pub fn exact_coverage(mesh: &TetMesh, lattice: &Lattice) -> Result<Vec<f64>, Err
                     let mut voxel = Vec::new();
                     between(&bar, 0, x, &mut voxel);
                     let volume: f64 = voxel.iter().map(volume_of).sum();
-                    coverage[index(dims, [x, y, z])] += volume;
+                    coverage[space.index([x, y, z])] += volume;
                 }
             }
         }

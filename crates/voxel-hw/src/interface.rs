@@ -9,6 +9,7 @@ use crate::cell::Buffers;
 use crate::face::Number;
 use crate::options::{Arithmetic, VoxelizerOptions, voxel_count};
 use crate::source::{Polyhedron, ToVoxels, tetrahedron};
+use crate::space::Space;
 use crate::volume::VoxelVolume;
 use crate::voxelizer::{AccumulationBuffer, Voxelizer};
 
@@ -222,9 +223,10 @@ impl VoxelContext {
         let range = self.scalar_range;
         let range = range.ok_or_else(|| missing("scalar range", "scalar_range"))?;
         let lattice = voxels_over(user_space, prefsize)?;
+        let space = Space::new(&lattice, self.voxelizer.options().columns);
         Ok(Filling {
-            buffer: AccumulationBuffer::new(&lattice, range)?,
-            to_voxels: ToVoxels::new(&lattice),
+            buffer: AccumulationBuffer::new(space, range)?,
+            to_voxels: ToVoxels::new(&space.turned()),
             numbers: match self.voxelizer.options().arithmetic {
                 Arithmetic::FixedPoint => Numbers::Fixed(Buffers::default()),
                 Arithmetic::Float => Numbers::Float(Buffers::default()),

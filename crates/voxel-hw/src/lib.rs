@@ -88,9 +88,12 @@
 //! - With [`Arithmetic::Float`] a voxel whose center lies on a face but for rounding may be written
 //!   several times, and is always written in a mesh without gaps.
 
+#[cfg(feature = "gpu")]
+mod device;
 mod options;
 
 mod source;
+mod space;
 
 mod face;
 mod fixed;
@@ -105,12 +108,14 @@ pub mod errors;
 mod interface;
 pub mod machine;
 
+#[cfg(feature = "gpu")]
+pub use device::DeviceVoxelizer;
 pub use errors::VoxelErrors;
 pub use fixed::{DEPTH_BITS, PLACE_BITS, SCALAR_BITS};
 pub use interface::{VoxelContext, voxels_over};
 pub use offsets::{MOST_RANDOM, MOST_REGULAR, Offsets};
 pub use options::{
-    Arithmetic, Cells, FirstVoxel, MOST_SIDE, MOST_VOXELS, VoxelSize, VoxelizerOptions,
+    Arithmetic, Cells, Columns, FirstVoxel, MOST_SIDE, MOST_VOXELS, VoxelSize, VoxelizerOptions,
 };
 pub use volume::{ColorVolume, VoxelVolume, Voxels};
 pub use voxelizer::{Counts, Voxelizer};

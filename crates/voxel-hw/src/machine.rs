@@ -73,7 +73,7 @@ impl Voxelizer {
     ) -> Result<(VoxelVolume, MachineReport), Error> {
         config.check()?;
         let mut engines = Engines::new(self, lattice, self.range(mesh), config)?;
-        self.add_mesh(mesh, lattice, &mut engines)?;
+        self.add_mesh(mesh, &mut engines)?;
         engines.finish(self)
     }
 }

@@ -36,6 +36,16 @@ pub enum Cells {
     AsGiven,
 }
 
+/// The axis of the voxels along which columns run: the frame buffers are across it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Columns {
+    /// The third one, as published.
+    #[default]
+    Z,
+    /// The one with the most voxels: fewer pixels, whose columns are longer.
+    Longest,
+}
+
 /// The scalar of the first voxel of a column (section 2.2.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FirstVoxel {
@@ -63,6 +73,7 @@ pub enum VoxelSize {
 
 tetrascope_core::choices! {
     Arithmetic: "fixed-point" = FixedPoint, "float" = Float;
+    Columns: "z" = Z, "longest" = Longest;
     Cells: "tetrahedra" = Tetrahedra, "as-given" = AsGiven;
     FirstVoxel: "rounded" = Rounded, "interpolated" = Interpolated;
     VoxelSize: "8" = Bits8, "16" = Bits16, "32" = Bits32, "float" = Float;
@@ -75,6 +86,8 @@ pub struct VoxelizerOptions {
     pub arithmetic: Arithmetic,
     /// The cells that are voxelized.
     pub cells: Cells,
+    /// The axis along which columns run.
+    pub columns: Columns,
     /// The scalar of the first voxel of a column.
     pub first_voxel: FirstVoxel,
     /// Where samples are taken within a voxel (section 3.1).

@@ -8,6 +8,7 @@ use tetrascope_core::{Error, TetMesh, is_value};
 
 use crate::cell::Cell;
 use crate::face::{Corner, Number};
+use crate::fixed::PLACE_BITS;
 use crate::options::{Arithmetic, Cells, MOST_SIDE};
 
 /// The triangles of a tetrahedron: counterclockwise from outside where it is positively oriented.
@@ -138,15 +139,68 @@ fn places(mesh: &TetMesh) -> Vec<u32> {
     places
 }
 
-fn corners_of<N: Number>(polyhedron: &Polyhedron, (low, high): (f64, f64)) -> Vec<Corner<N>> {
-    let relative = |scalar: f64| match high > low {
+/// A scalar's share of the range, from 0 to 1.
+pub(crate) fn relative(scalar: f64, (low, high): (f64, f64)) -> f64 {
+    match high > low {
         true => ((scalar - low) / (high - low)).clamp(0.0, 1.0),
         false => 0.0,
-    };
+    }
+}
+
+fn corners_of<N: Number>(polyhedron: &Polyhedron, range: (f64, f64)) -> Vec<Corner<N>> {
     let corners = polyhedron.corners.iter().zip(&polyhedron.scalars);
     corners
-        .map(|(place, scalar)| N::corner(*place, relative(*scalar)))
+        .map(|(place, scalar)| N::corner(*place, relative(*scalar, range)))
         .collect()
+}
+
+/// Whether a cell can reach a voxel.
+pub(crate) enum Reach {
+    /// It cannot.
+    Outside,
+    /// It may; its extent along the longest axis, in voxels.
+    Near(f64),
+}
+
+/// Whether cell number `index` with these corners, in voxels, can reach one of `dims` voxels, for some
+/// offset.
+///
+/// # Errors
+/// A cell wider than the fixed-point numbers allow.
+pub(crate) fn reach(
+    index: usize,
+    corners: &[DVec3],
+    dims: [usize; 3],
+    arithmetic: Arithmetic,
+) -> Result<Reach, Error> {
+    if !corners.iter().all(|c| c.is_finite()) {
+        return Err(Error::Invalid {
+            what: format!("cell {index} is farther away than voxels can be counted"),
+            help: Some("take larger voxels".into()),
+        });
+    }
+    let low = corners.iter().fold(DVec3::INFINITY, |low, c| low.min(*c));
+    let high = corners
+        .iter()
+        .fold(DVec3::NEG_INFINITY, |high, c| high.max(*c));
+    // An offset moves it by half a voxel at most, and snapping, away from 0, by half a step.
+    let margin = DVec3::splat(0.5 + 0.5 / f64::from(1 << PLACE_BITS));
+    let dims = DVec3::from_array(dims.map(|d| d as f64));
+    let is_near = high.cmpgt(-margin).all() && low.cmplt(dims + margin).all();
+    if !is_near {
+        return Ok(Reach::Outside);
+    }
+    let widest = (high - low).max_element();
+    let is_fixed = arithmetic == Arithmetic::FixedPoint;
+    if is_fixed && widest > MOST_SIDE as f64 || !widest.is_finite() {
+        return Err(Error::Invalid {
+            what: format!("cell {index} is {widest} voxels wide"),
+            help: Some(format!(
+                "fixed point holds cells of {MOST_SIDE} voxels: take larger voxels, or floats"
+            )),
+        });
+    }
+    Ok(Reach::Near(widest))
 }
 
 /// A cell in the numbers that it is voxelized in, or why it is not.
@@ -177,33 +231,8 @@ pub(crate) fn prepare<N: Number>(
     if !polyhedron.scalars.iter().all(|s| is_value(*s)) {
         return Ok(Prepared::WithoutValue);
     }
-    let corners = &polyhedron.corners;
-    if !corners.iter().all(|c| c.is_finite()) {
-        return Err(Error::Invalid {
-            what: format!("cell {index} is farther away than voxels can be counted"),
-            help: Some("take larger voxels".into()),
-        });
-    }
-    let low = corners.iter().fold(DVec3::INFINITY, |low, c| low.min(*c));
-    let high = corners
-        .iter()
-        .fold(DVec3::NEG_INFINITY, |high, c| high.max(*c));
-    // An offset moves it by half a voxel at most.
-    let dims = DVec3::from_array(dims.map(|d| d as f64));
-    let is_near = high.cmpge(DVec3::splat(-0.5)).all() && low.cmple(dims + 0.5).all();
-    if !is_near {
+    if let Reach::Outside = reach(index, &polyhedron.corners, dims, arithmetic)? {
         return Ok(Prepared::Outside);
-    }
-    // Snapping moves both ends by at most half a step.
-    let widest = (high - low).max_element();
-    let is_fixed = arithmetic == Arithmetic::FixedPoint;
-    if is_fixed && widest > MOST_SIDE as f64 || !widest.is_finite() {
-        return Err(Error::Invalid {
-            what: format!("cell {index} is {widest} voxels wide"),
-            help: Some(format!(
-                "fixed point holds cells of {MOST_SIDE} voxels: take larger voxels, or floats"
-            )),
-        });
     }
     let corners = corners_of::<N>(polyhedron, range);
     let sign = N::volume_sign(&corners, &polyhedron.faces);

@@ -8,6 +8,7 @@ use crate::cell::{Buffers, Events, Fill, Side};
 use crate::face::{Number, VALUE_BITS};
 use crate::options::{Arithmetic, VoxelizerOptions, voxel_count};
 use crate::source::{Polyhedron, Prepared, ToVoxels, for_each_cell, prepare};
+use crate::space::Space;
 use crate::volume::{ColorVolume, VoxelVolume};
 
 /// Turns meshes into voxels.
@@ -81,8 +82,9 @@ impl Voxelizer {
     /// [`Cells::AsGiven`](crate::Cells::AsGiven) of a mesh that did not keep its cells; with
     /// [`Arithmetic::FixedPoint`], a cell more than [`MOST_SIDE`](crate::MOST_SIDE) voxels wide.
     pub fn voxelize(&self, mesh: &TetMesh, lattice: &Lattice) -> Result<VoxelVolume, Error> {
-        let mut buffer = AccumulationBuffer::new(lattice, self.range(mesh))?;
-        self.add_mesh(mesh, lattice, &mut buffer)?;
+        let space = Space::new(lattice, self.options.columns);
+        let mut buffer = AccumulationBuffer::new(space, self.range(mesh))?;
+        self.add_mesh(mesh, &mut buffer)?;
         buffer.finish(self)
     }
 
@@ -98,8 +100,9 @@ impl Voxelizer {
         lattice: &Lattice,
         transfer_function: &TransferFunction,
     ) -> Result<ColorVolume, Error> {
-        let mut buffer = ColorBuffer::new(lattice, self.range(mesh), transfer_function)?;
-        self.add_mesh(mesh, lattice, &mut buffer)?;
+        let space = Space::new(lattice, self.options.columns);
+        let mut buffer = ColorBuffer::new(space, self.range(mesh), transfer_function)?;
+        self.add_mesh(mesh, &mut buffer)?;
         buffer.finish(self.offsets.len())
     }
 
@@ -109,26 +112,16 @@ impl Voxelizer {
         range.unwrap_or((0.0, 0.0))
     }
 
-    pub(crate) fn add_mesh(
-        &self,
-        mesh: &TetMesh,
-        lattice: &Lattice,
-        target: &mut impl Target,
-    ) -> Result<(), Error> {
+    pub(crate) fn add_mesh(&self, mesh: &TetMesh, target: &mut impl Target) -> Result<(), Error> {
         match self.options.arithmetic {
-            Arithmetic::FixedPoint => self.add_cells::<i32>(mesh, lattice, target),
-            Arithmetic::Float => self.add_cells::<f64>(mesh, lattice, target),
+            Arithmetic::FixedPoint => self.add_cells::<i32>(mesh, target),
+            Arithmetic::Float => self.add_cells::<f64>(mesh, target),
         }
     }
 
-    fn add_cells<N: Number>(
-        &self,
-        mesh: &TetMesh,
-        lattice: &Lattice,
-        target: &mut impl Target,
-    ) -> Result<(), Error> {
+    fn add_cells<N: Number>(&self, mesh: &TetMesh, target: &mut impl Target) -> Result<(), Error> {
         let mut buffers = Buffers::<N>::default();
-        let to_voxels = ToVoxels::new(lattice);
+        let to_voxels = ToVoxels::new(&target.space().turned());
         for_each_cell(mesh, self.options.cells, &to_voxels, |index, polyhedron| {
             self.add_cell(index, polyhedron, &mut buffers, target)
         })
@@ -143,7 +136,8 @@ impl Voxelizer {
         buffers: &mut Buffers<N>,
         target: &mut impl Target,
     ) -> Result<(), Error> {
-        let (dims, range) = (target.dims(), target.range());
+        let (space, range) = (*target.space(), target.range());
+        let dims = space.dims();
         let prepared = prepare(index, polyhedron, range, dims, self.options.arithmetic)?;
         target.cell(polyhedron.corners.len(), polyhedron.faces.len());
         let counts = target.counts();
@@ -172,7 +166,7 @@ impl Voxelizer {
             first_voxel: self.options.first_voxel,
         };
         for offset in &self.offsets {
-            buffers.voxelize(&cell, *offset, into, target);
+            buffers.voxelize(&cell, space.turn(*offset), into, target);
         }
         Ok(())
     }
@@ -180,7 +174,7 @@ impl Voxelizer {
 
 /// Where voxels are written.
 pub(crate) trait Target: Events {
-    fn dims(&self) -> [usize; 3];
+    fn space(&self) -> &Space;
     fn range(&self) -> (f64, f64);
     fn counts(&mut self) -> &mut Counts;
 }
@@ -190,7 +184,7 @@ pub(crate) trait Target: Events {
 /// Integers, so that the order of cells does not matter.
 #[derive(Debug)]
 pub(crate) struct AccumulationBuffer {
-    lattice: Lattice,
+    space: Space,
     range: (f64, f64),
     sums: Vec<u64>,
     writes: Vec<u32>,
@@ -198,11 +192,11 @@ pub(crate) struct AccumulationBuffer {
 }
 
 impl AccumulationBuffer {
-    pub(crate) fn new(lattice: &Lattice, range: (f64, f64)) -> Result<AccumulationBuffer, Error> {
-        lattice.validate()?;
-        let count = voxel_count(lattice.dims)?;
+    pub(crate) fn new(space: Space, range: (f64, f64)) -> Result<AccumulationBuffer, Error> {
+        space.lattice().validate()?;
+        let count = voxel_count(space.dims())?;
         Ok(AccumulationBuffer {
-            lattice: *lattice,
+            space,
             range,
             sums: zeros(count)?,
             writes: zeros(count)?,
@@ -216,9 +210,15 @@ impl AccumulationBuffer {
         self.writes[index] += writes;
     }
 
+    /// What was done to make what is added.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn count(&mut self, counts: Counts) {
+        self.counts = counts;
+    }
+
     pub(crate) fn finish(self, voxelizer: &Voxelizer) -> Result<VoxelVolume, Error> {
         VoxelVolume::new(
-            self.lattice,
+            *self.space.lattice(),
             self.range,
             voxelizer,
             &self.sums,
@@ -228,14 +228,9 @@ impl AccumulationBuffer {
     }
 }
 
-/// The index of voxel (x, y, z) in a volume of `dims`.
-pub(crate) fn index([nx, ny, _]: [usize; 3], [x, y, z]: [i32; 3]) -> usize {
-    x as usize + nx * (y as usize + ny * z as usize)
-}
-
 impl Target for AccumulationBuffer {
-    fn dims(&self) -> [usize; 3] {
-        self.lattice.dims
+    fn space(&self) -> &Space {
+        &self.space
     }
 
     fn range(&self) -> (f64, f64) {
@@ -262,7 +257,7 @@ impl Events for AccumulationBuffer {
     }
 
     fn voxel(&mut self, at: [i32; 3], scalar: u32) {
-        let index = index(self.lattice.dims, at);
+        let index = self.space.index(at);
         self.sums[index] += u64::from(scalar);
         self.writes[index] += 1;
     }
@@ -271,7 +266,7 @@ impl Events for AccumulationBuffer {
 /// The same for colors, in f64.
 #[derive(Debug)]
 struct ColorBuffer<'a> {
-    lattice: Lattice,
+    space: Space,
     range: (f64, f64),
     transfer_function: &'a TransferFunction,
     sums: Vec<[f64; 4]>,
@@ -281,14 +276,14 @@ struct ColorBuffer<'a> {
 
 impl<'a> ColorBuffer<'a> {
     fn new(
-        lattice: &Lattice,
+        space: Space,
         range: (f64, f64),
         transfer_function: &'a TransferFunction,
     ) -> Result<ColorBuffer<'a>, Error> {
-        lattice.validate()?;
-        let count = voxel_count(lattice.dims)?;
+        space.lattice().validate()?;
+        let count = voxel_count(space.dims())?;
         Ok(ColorBuffer {
-            lattice: *lattice,
+            space,
             range,
             transfer_function,
             sums: zeros(count)?,
@@ -304,13 +299,13 @@ impl<'a> ColorBuffer<'a> {
             let samples = f64::from(*writes).max(samples as f64);
             *voxel = sum.map(|s| (s / samples) as f32);
         }
-        Ok(ColorVolume::new(self.lattice, voxels, self.counts))
+        Ok(ColorVolume::new(*self.space.lattice(), voxels, self.counts))
     }
 }
 
 impl Target for ColorBuffer<'_> {
-    fn dims(&self) -> [usize; 3] {
-        self.lattice.dims
+    fn space(&self) -> &Space {
+        &self.space
     }
 
     fn range(&self) -> (f64, f64) {
@@ -339,7 +334,7 @@ impl Events for ColorBuffer<'_> {
     fn voxel(&mut self, at: [i32; 3], scalar: u32) {
         let scalar = in_range(self.range, f64::from(scalar));
         let emitted = emitted(self.transfer_function, scalar);
-        let index = index(self.lattice.dims, at);
+        let index = self.space.index(at);
         for (sum, value) in self.sums[index].iter_mut().zip(emitted) {
             *sum += value;
         }

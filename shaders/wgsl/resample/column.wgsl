@@ -5,6 +5,9 @@
 // Out:  `put`, once for each sample.
 // With: common/sides.wgsl, resample/mesh.wgsl, one of resample/put*.wgsl
 
+// Passes of loops for a column beside those for its samples: six ties of `sides`, and tests.
+const COLUMN_PASSES: u32 = 10u;
+
 // A cell with its corners in the order of their keys: a face computes the same bits, whichever
 // cell it is seen from.
 struct Cell {
@@ -62,12 +65,13 @@ fn cell_of(index: u32) -> Cell {
     let last = max(max(last_to(a), last_to(b)), max(last_to(c), last_to(d)));
     let low = max(whole(first), vec3i(work.low, work.first));
     let high = min(whole(last) + vec3i(1), vec3i(work.high, work.end));
-    let size = vec3u(max(high - low, vec3i(0)));
+    let scalars = scalars_of(index, vec4f(a.scalar, b.scalar, c.scalar, d.scalar));
+    // No columns without a value.
+    let size = select(vec3u(max(high - low, vec3i(0))), vec3u(0u), any(scalars >= vec4f(NO_VALUE)));
     return Cell(
         a.sample, b.sample, c.sample, d.sample,
         a.offset, b.offset, c.offset, d.offset,
-        scalars_of(index, vec4f(a.scalar, b.scalar, c.scalar, d.scalar)),
-        odd, low.xy, size.xy, size.z,
+        scalars, odd, low.xy, size.xy, size.z,
     );
 }
 
@@ -91,13 +95,18 @@ fn whole(sample: vec3f) -> vec3i {
     return vec3i(clamp(sample, vec3f(-1e6), vec3f(1e6)));
 }
 
-// Writes the samples of column number `index` of the cell's.
-//
-// Faces cut the column into half-open intervals. Both cells of a face see the same bits, so that
-// no sample is left out, whatever rounding does, and none is written twice unless rounding swaps
-// the two faces of a cell.
-fn fill_column(cell: Cell, index: u32) {
-    let place = cell.low + vec2i(i32(index % cell.size.x), i32(index / cell.size.x));
+// A column as a cell meets it.
+struct Meeting {
+    inside: bool,
+    place: vec2i,     // across
+    // The corners, from the column.
+    q0: vec2f, q1: vec2f, q2: vec2f, q3: vec2f,
+    t: Turns,
+}
+
+// A column, counted from the first that the cell may meet.
+fn meet(cell: Cell, column: vec2u) -> Meeting {
+    let place = cell.low + vec2i(column);
     let center = vec2f(place);
     // A vertex's place from the column depends on nothing else.
     let q0 = on_grid((cell.p0.xy - center) + cell.o0.xy);
@@ -105,18 +114,24 @@ fn fill_column(cell: Cell, index: u32) {
     let q2 = on_grid((cell.p2.xy - center) + cell.o2.xy);
     let q3 = on_grid((cell.p3.xy - center) + cell.o3.xy);
     let t = turns(sides(q0, q1, q2, q3));
-    if !any(t.enters) {
-        return;
-    }
+    return Meeting(any(t.enters), place, q0, q1, q2, q3, t);
+}
+
+// Writes the samples of a column that meets the cell.
+//
+// Faces cut the column into half-open intervals. Both cells of a face see the same bits, so that
+// no sample is left out, whatever rounding does, and none is written twice unless rounding swaps
+// the two faces of a cell.
+fn fill_column(cell: Cell, m: Meeting) {
     // `turns` is for cameras, whose right, up and forward are left-handed.
-    let begins = crossing_of(cell, q0, q1, q2, q3, select(t.leaves, t.enters, cell.flipped));
-    let ends = crossing_of(cell, q0, q1, q2, q3, select(t.enters, t.leaves, cell.flipped));
+    let begins = crossing_of(cell, m, select(m.t.leaves, m.t.enters, cell.flipped));
+    let ends = crossing_of(cell, m, select(m.t.enters, m.t.leaves, cell.flipped));
     let first = i32(clamp(begins.first, f32(work.first), f32(work.end)));
     let end = i32(clamp(ends.first, f32(work.first), f32(work.end)));
     let least = min(begins.scalar, ends.scalar);
     let greatest = max(begins.scalar, ends.scalar);
     let rise = ends.scalar - begins.scalar;
-    let texel = place.x * work.across_x + place.y * work.across_y;
+    let texel = m.place.x * work.across_x + m.place.y * work.across_y;
     for (var i = first; i < end; i++) {
         let sample = f32(i);
         let before = max((sample - begins.base) - begins.height, 0.0);
@@ -127,19 +142,12 @@ fn fill_column(cell: Cell, index: u32) {
 }
 
 // Where the column crosses the face opposite to the corner that is `opposite`.
-fn crossing_of(
-    cell: Cell,
-    q0: vec2f,
-    q1: vec2f,
-    q2: vec2f,
-    q3: vec2f,
-    opposite: vec4<bool>,
-) -> Crossing {
+fn crossing_of(cell: Cell, m: Meeting, opposite: vec4<bool>) -> Crossing {
     let second = opposite.x | opposite.y;
     let third = !opposite.w;
-    let a = select(vec4f(q0, cell.o0.z, cell.scalars.x), vec4f(q1, cell.o1.z, cell.scalars.y), opposite.x);
-    let b = select(vec4f(q1, cell.o1.z, cell.scalars.y), vec4f(q2, cell.o2.z, cell.scalars.z), second);
-    let c = select(vec4f(q2, cell.o2.z, cell.scalars.z), vec4f(q3, cell.o3.z, cell.scalars.w), third);
+    let a = select(vec4f(m.q0, cell.o0.z, cell.scalars.x), vec4f(m.q1, cell.o1.z, cell.scalars.y), opposite.x);
+    let b = select(vec4f(m.q1, cell.o1.z, cell.scalars.y), vec4f(m.q2, cell.o2.z, cell.scalars.z), second);
+    let c = select(vec4f(m.q2, cell.o2.z, cell.scalars.z), vec4f(m.q3, cell.o3.z, cell.scalars.w), third);
     let base = select(cell.p0.z, cell.p1.z, opposite.x);
     let base_b = select(cell.p1.z, cell.p2.z, second);
     let base_c = select(cell.p2.z, cell.p3.z, third);

@@ -14,8 +14,8 @@ use tetrascope_shaders::mesh_slices::{MESH_SLICE, VIEW_ELEMENTS};
 use super::LABEL;
 use super::options::{Evaluation, MeshSlicesOptions, Shading};
 use crate::slabs::{Elements, Slabs};
-use crate::tables::{TABLE, Table};
 use crate::weights::upload;
+use tetrascope_gpu::tables::{TABLE, Table};
 
 /// Stands for no scalar; `NO_VALUE` of `frame.wgsl` is below.
 const NO_SCALAR: f32 = f32::MAX;

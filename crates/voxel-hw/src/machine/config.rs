@@ -222,7 +222,7 @@ mod tests {
         assert_eq!((config.clock_mhz, config.pixel_bits), (1, last));
         let clock = PARAMETERS[0];
         clock.set(&mut config, u64::MAX);
-        assert_eq!(clock.of(&config), u32::MAX.into());
+        assert_eq!(clock.of(&config), u64::from(u32::MAX));
         // All that `Debug` prints, but for the two ways to do something.
         let printed = format!("{config:?}").matches(": ").count();
         assert_eq!(printed, PARAMETERS.len() + 2);

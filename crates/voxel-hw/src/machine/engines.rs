@@ -11,8 +11,9 @@ use super::interleave::Interleave;
 use super::report::{Buses, Load, MachineReport, Stage};
 use crate::cell::{Events, Side};
 use crate::options::{VoxelSize, voxel_count};
+use crate::space::Space;
 use crate::volume::VoxelVolume;
-use crate::voxelizer::{AccumulationBuffer, Counts, Target, Voxelizer, index};
+use crate::voxelizer::{AccumulationBuffer, Counts, Target, Voxelizer};
 
 /// A sum of scalars and how many they are.
 type Texel = (u64, u32);
@@ -63,7 +64,7 @@ fn texels(texture: &Texture, [nx, _, _]: [usize; 3]) -> impl Iterator<Item = ([i
 pub(super) struct Engines<'a> {
     config: &'a MachineConfig,
     interleave: Interleave,
-    lattice: Lattice,
+    space: Space,
     range: (f64, f64),
     samples: u64,
     texel_bytes: u64,
@@ -107,7 +108,7 @@ impl<'a> Engines<'a> {
         Ok(Engines {
             config,
             interleave: Interleave::new(generators, config.image_engines),
-            lattice: *lattice,
+            space: Space::new(lattice, voxelizer.options().columns),
             range,
             samples,
             // A byte of coverage, where it is not all or nothing.
@@ -147,7 +148,7 @@ impl<'a> Engines<'a> {
         voxelizer: &Voxelizer,
     ) -> Result<(VoxelVolume, MachineReport), Error> {
         let config = self.config;
-        let dims = self.lattice.dims;
+        let dims = self.space.dims();
         let owned = self.textures.iter().map(|t| texels(t, dims).count() as u64);
         let owned: Vec<u64> = owned.collect();
         let held = owned.iter().sum();
@@ -170,11 +171,11 @@ impl<'a> Engines<'a> {
         let bus = u64::from(config.triangle_bus_bytes_per_cycle);
         let host = u64::from(config.host_bytes_per_cycle);
         // Pixels are apart, so texels of different fragment generators never meet.
-        let mut merged = AccumulationBuffer::new(&self.lattice, self.range)?;
+        let mut merged = AccumulationBuffer::new(self.space, self.range)?;
         *merged.counts() = self.counts;
         for texture in std::mem::take(&mut self.textures) {
             for (at, (sum, writes)) in texels(&texture, dims) {
-                merged.add(index(dims, at), sum, writes);
+                merged.add(self.space.index(at), sum, writes);
             }
         }
 
@@ -208,7 +209,7 @@ impl<'a> Engines<'a> {
         let pipelined = longest(&stages).expect("five stages");
         let column_bits = match config.voxelizing {
             Voxelizing::FragmentGenerators => 0,
-            Voxelizing::ImageEngines => self.lattice.dims[2] as u64 * 8 * self.texel_bytes,
+            Voxelizing::ImageEngines => self.space.dims()[2] as u64 * 8 * self.texel_bytes,
         };
         let pixel_bits = 8 * u64::from(config.pixel_bytes) + column_bits;
         let texture_bytes = voxel_count(dims)? as u64 * self.texel_bytes;
@@ -244,8 +245,8 @@ impl<'a> Engines<'a> {
 }
 
 impl Target for Engines<'_> {
-    fn dims(&self) -> [usize; 3] {
-        self.lattice.dims
+    fn space(&self) -> &Space {
+        &self.space
     }
 
     fn range(&self) -> (f64, f64) {
@@ -326,7 +327,7 @@ impl Events for Engines<'_> {
     fn voxel(&mut self, at: [i32; 3], scalar: u32) {
         let [x, y, z] = at;
         let generator = self.interleave.generator(self.interleave.engine((x, y)));
-        let [nx, _, nz] = self.lattice.dims;
+        let [nx, _, nz] = self.space.dims();
         let column = self.textures[generator]
             .entry(x as usize + nx * y as usize)
             .or_insert_with(|| vec![Texel::default(); nz]);

@@ -1,22 +1,18 @@
-//! Textures and buffers that hold a mesh: they grow, and never shrink.
+//! Textures and buffers that hold a mesh which may change: they grow, and never shrink.
 
 use tetrascope_core::Error;
-use tetrascope_gpu::Gpu;
-use tetrascope_gpu::memory::{TEXELS_PER_ROW, texture_bytes};
-use tetrascope_gpu::wgpu::{self, BufferUsages};
+use wgpu::BufferUsages;
+
+use crate::Gpu;
+use crate::memory::{TEXELS_PER_ROW, texture_bytes};
 
 /// Texels of four 32-bit numbers, [`TEXELS_PER_ROW`] in each row.
 #[derive(Clone, Debug)]
-pub(crate) struct Table(wgpu::Texture);
+pub struct Table(wgpu::Texture);
 
 impl Table {
     /// One of at least `texels` texels: `old` if it has them.
-    pub(crate) fn new(
-        gpu: &Gpu,
-        label: &str,
-        texels: usize,
-        old: Option<&Table>,
-    ) -> Result<Table, Error> {
+    pub fn new(gpu: &Gpu, label: &str, texels: usize, old: Option<&Table>) -> Result<Table, Error> {
         let texels = texels as u64;
         let made = |texels: u64| {
             let rows = texels.div_ceil(TEXELS_PER_ROW.into()).max(1);
@@ -35,21 +31,24 @@ impl Table {
         }
     }
 
-    pub(crate) fn texels(&self) -> u64 {
+    /// How many texels it has.
+    pub fn texels(&self) -> u64 {
         u64::from(self.0.width()) * u64::from(self.0.height())
     }
 
-    pub(crate) fn bytes(&self) -> u64 {
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
         texture_bytes(&self.0)
     }
 
-    pub(crate) fn view(&self) -> wgpu::TextureView {
+    /// For a bind group.
+    pub fn view(&self) -> wgpu::TextureView {
         self.0.create_view(&Default::default())
     }
 
     /// Writes texels from the first on. Of large meshes a part at a time: a queue keeps copies of all
     /// that is not yet done.
-    pub(crate) fn write(&self, gpu: &Gpu, bytes: &[u8]) -> Result<(), Error> {
+    pub fn write(&self, gpu: &Gpu, bytes: &[u8]) -> Result<(), Error> {
         let row = 16 * TEXELS_PER_ROW as usize;
         let parts = bytes.chunks(ROWS_PER_PART * row);
         let last = parts.len().saturating_sub(1);
@@ -92,7 +91,7 @@ const ROWS_PER_PART: usize = 256;
 const TABLE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 
 /// A table that shaders read.
-pub(crate) const TABLE: wgpu::BindingType = wgpu::BindingType::Texture {
+pub const TABLE: wgpu::BindingType = wgpu::BindingType::Texture {
     sample_type: wgpu::TextureSampleType::Uint,
     view_dimension: wgpu::TextureViewDimension::D2,
     multisampled: false,
@@ -100,7 +99,7 @@ pub(crate) const TABLE: wgpu::BindingType = wgpu::BindingType::Texture {
 
 /// A buffer of at least `count` things of `bytes` bytes: `old` if it has the room, and otherwise one
 /// with a little more where that is not enough.
-pub(crate) fn grown(
+pub fn grown(
     gpu: &Gpu,
     label: &str,
     (count, bytes): (usize, usize),
@@ -121,6 +120,6 @@ pub(crate) fn grown(
 }
 
 /// Whether `buffer` has the room.
-pub(crate) fn holds(buffer: &wgpu::Buffer, (count, bytes): (usize, usize)) -> bool {
+pub fn holds(buffer: &wgpu::Buffer, (count, bytes): (usize, usize)) -> bool {
     buffer.size() >= count as u64 * bytes as u64
 }

@@ -1,6 +1,10 @@
-// Fill: the samples in each cell, column by column.
+// Fill: the columns of a grid that each cell of a mesh meets, one after the other.
 //
-// With: common/sides.wgsl, resample/mesh.wgsl, resample/column.wgsl, one of resample/put*.wgsl
+// Needs: `work` with `cell_count` and `small`, the most passes of one invocation for a cell;
+// `cell_of(index) -> Cell` with `size`, the columns that the cell may meet, and `depth`, the samples
+// of one at most, one of which is 0 for a cell that is to be left out; `meet(cell, column) -> Meeting`
+// with `inside`, whether the column meets the cell; `fill_column(cell, meeting)`; and
+// `COLUMN_PASSES`, the passes of loops for a column beside those for its samples.
 
 // How many cells are in lists 1 to 3, which are those with much to do.
 @group(0) @binding(4) var<storage, read_write> counts: array<atomic<u32>, 4>;
@@ -11,9 +15,6 @@
 const OF_ONE: u32 = 1024u;
 const OF_64: u32 = 65536u;
 
-// Passes of loops for a column beside those for its samples: six ties of `sides`, and tests.
-const COLUMN_PASSES: u32 = 10u;
-
 // An invocation for each cell: finishes it, or lists it where it is too much work for one.
 @compute @workgroup_size(64)
 fn cs_small(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) size: vec3u) {
@@ -23,7 +24,7 @@ fn cs_small(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) s
     }
     let cell = cell_of(index);
     let columns = cell.size.x * cell.size.y;
-    if columns * cell.depth == 0u || any(cell.scalars >= vec4f(NO_VALUE)) {
+    if columns * cell.depth == 0u {
         return;
     }
     if columns * (cell.depth + COLUMN_PASSES) > work.small {
@@ -31,9 +32,7 @@ fn cs_small(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) s
         lists[place_of(list, atomicAdd(&counts[list], 1u))] = index;
         return;
     }
-    for (var column = 0u; column < columns; column++) {
-        fill_column(cell, column);
-    }
+    fill_columns(cell, 0u, 1u);
 }
 
 // `size.x` workgroups for each cell of a list, which share its columns.
@@ -50,10 +49,23 @@ fn cs_large(
         return;
     }
     let cell = cell_of(lists[place_of(list, place)]);
-    let columns = cell.size.x * cell.size.y;
-    let step = 64u * size.x;
-    for (var column = 64u * id.x + lane; column < columns; column += step) {
-        fill_column(cell, column);
+    fill_columns(cell, 64u * id.x + lane, 64u * size.x);
+}
+
+// Every column that is a number of steps behind the first. Columns are counted along both axes, as a
+// division for each costs software rasterizers as much as all the rest.
+fn fill_columns(cell: Cell, first: u32, step: u32) {
+    let width = cell.size.x;
+    let stride = vec2u(step % width, step / width);
+    var column = vec2u(first % width, first / width);
+    while column.y < cell.size.y {
+        let meeting = meet(cell, column);
+        if meeting.inside {
+            fill_column(cell, meeting);
+        }
+        column += stride;
+        let is_past = column.x >= width;
+        column = select(column, vec2u(column.x - width, column.y + 1u), is_past);
     }
 }
 

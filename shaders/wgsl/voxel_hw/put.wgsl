@@ -1,0 +1,32 @@
+// Put: the accumulation volume buffer, and what became of cells.
+//
+// Prakash, Manohar 1995 section 3.1. Integers, so that the order of cells does not matter.
+
+// Two words for each voxel of the part, x fastest: the lower word of the sum of scalars; and how many
+// they are, in the lower half, and the sum's carries.
+@group(1) @binding(0) var<storage, read_write> sums: array<atomic<u32>>;
+@group(1) @binding(1) var<storage, read_write> tallies: array<atomic<u32>, 5>;
+
+// Cells that cannot reach a voxel, that have no value, no volume, or are inside out; and how often a
+// voxel was written once more than can be counted.
+const OUTSIDE: u32 = 0u;
+const WITHOUT_VALUE: u32 = 1u;
+const DEGENERATE: u32 = 2u;
+const INVERTED: u32 = 3u;
+const OVERFLOWS: u32 = 4u;
+
+fn tally(what: u32, yes: bool) {
+    if yes && work.is_first == 1u {
+        atomicAdd(&tallies[what], 1u);
+    }
+}
+
+fn put(voxel: vec3i, scalar: u32) {
+    let index = 2 * (voxel.x + work.dims.x * (voxel.y + work.dims.y * (voxel.z - work.first)));
+    let before = atomicAdd(&sums[index], scalar);
+    let carries = select(0u, 0x10000u, before + scalar < before);
+    let count = atomicAdd(&sums[index + 1], 1u + carries);
+    if (count & 0xffffu) == 0xffffu {
+        atomicAdd(&tallies[OVERFLOWS], 1u);
+    }
+}
