@@ -14,7 +14,7 @@ struct Resolve {
 }
 
 @group(0) @binding(0) var<uniform> resolve: Resolve;
-@group(0) @binding(1) var<storage, read> sums: array<vec2u>;
+@group(0) @binding(1) var<storage, read> sums: array<u32>;   // as put.wgsl leaves them
 @group(0) @binding(2) var samples: texture_storage_3d<rg32float, write>;
 
 @compute @workgroup_size(64)
@@ -22,12 +22,12 @@ fn cs_resolve(@builtin(global_invocation_id) id: vec3u) {
     if any(id >= resolve.dims) {
         return;
     }
-    let sum = sums[id.x + resolve.dims.x * (id.y + resolve.dims.y * id.z)];
-    let count = sum.y & 0xffffu;
+    let index = 3u * (id.x + resolve.dims.x * (id.y + resolve.dims.y * id.z));
+    let count = sums[index + 2u];
     var texel = vec2f(0.0);
     if count > 0u {
-        // In 2⁻³⁰ of the range; carries are of 2³².
-        let whole = f32(sum.y >> 16u) * 4.0 + f32(sum.x) * 9.31322574615478515625e-10;
+        // In 2⁻³⁰ of the range.
+        let whole = f32(sums[index + 1u]) * 4.0 + f32(sums[index]) * 9.31322574615478515625e-10;
         var share = min(whole / f32(count), 1.0);
         if resolve.steps > 0.0 {
             share = round(share * resolve.steps) / resolve.steps;
