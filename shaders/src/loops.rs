@@ -138,6 +138,9 @@ pub const LOOPS: &[Loop] = &[
 
     of("mesh_slices/mesh_slice.wgsl", "shaded_center", AtMost(4), "corners of a cell"),
 
+    of("stacks/frame.wgsl", "within", AtMost(3), "axes"),
+    of("stacks/rectangle.wgsl", "part_of_image", AtMost(8), "corners of a slab"),
+
     of("resample/column.wgsl", "fill_column", Counted, "samples of a column in a cell, in cs_small and cs_large"),
     of("resample/fill.wgsl", "cs_small", InAll(8 * RESAMPLE_PASSES as u64 + 8), "columns and samples of a cell, RESAMPLE_PASSES; the eight neighbors' add up"),
     of("resample/fill.wgsl", "cs_large", InAll(16 * (RESAMPLE_SIDE as u64 + 10) + 1), "columns of a cell for each of its invocations, 16, with RESAMPLE_SIDE samples each"),
