@@ -123,20 +123,39 @@ fn fs_slab(in: Varying) -> @location(0) vec4f {
     }
     let front = scalar_in_slab(ray, part.x, in.layer);
     let back = scalar_in_slab(ray, part.y, in.layer);
-    // Coverage scales extinction: the mean of both ends errs by a product of two changes over the
-    // slab, and so at second order.
-    let coverage = select(0.5 * (front.y + back.y), 1.0, ALL_OR_NOTHING);
     if front.y + back.y <= 0.0 {
         discard;
     }
     // An end that is not covered has no scalar of its own.
     let scalars = vec2f(select(front.x, back.x, front.y <= 0.0), select(back.x, front.x, back.y <= 0.0));
+    let coverage = coverage_between(vec2f(front.y, back.y), scalars);
     let thickness = coverage * stretched(ray) * (part.y - part.x);
     if CUED {
         let cue = vec2f(cue_in(ray, part.x), cue_in(ray, part.y));
         return blended(integrate_cued(scalars.x, scalars.y, thickness, cue));
     }
     return blended(integrate(scalars.x, scalars.y, thickness));
+}
+
+// What scales the extinction of a slab, whose ends have these coverages C and scalars s.
+//
+// Of three linear functions, C, C s and σ(s), C σ(s) is linear, too: so the slab has the optical
+// depth of a trapezoid, (C₀ σ₀ + C₁ σ₁) / 2 per length, and that of σ alone times this. Elsewhere it
+// is a mean of both coverages all the same, and what it errs by is of second order.
+fn coverage_between(coverage: vec2f, scalars: vec2f) -> f32 {
+    if ALL_OR_NOTHING || coverage.x == coverage.y {
+        return select(coverage.x, 1.0, ALL_OR_NOTHING);
+    }
+    let extinction = vec2f(extinction_of(scalars.x), extinction_of(scalars.y));
+    let sum = extinction.x + extinction.y;
+    if sum <= 0.0 {
+        return 0.5 * (coverage.x + coverage.y);
+    }
+    return dot(coverage, extinction) / sum;
+}
+
+fn extinction_of(scalar: f32) -> f32 {
+    return sample_interval(interval(find_interval(scalar, true)), scalar).w;
 }
 
 // The scalar at a depth of the ray, in the slab behind `layer`. Most rays enter and leave slabs

@@ -7,7 +7,7 @@ use tetrascope_core::{
     Camera, CameraFit, Grid, Isosurface, OpticalModel, Projection, TransferFunction,
 };
 use tetrascope_testing::{
-    self as testing, Application, Place, between, difference, grid, inside, knot, truth, view,
+    self as testing, Application, Place, between, difference, grid, knot, truth, view,
 };
 
 use super::*;
@@ -65,10 +65,16 @@ fn views(grid: &Grid) -> Vec<(String, View)> {
             }
         }
     }
-    all.push((
-        "inside".into(),
-        view(inside(&Volume::Grid(grid.clone())), SIDE),
-    ));
+    let inside = testing::inside(&Volume::Grid(grid.clone()));
+    all.push(("inside".into(), view(inside, SIDE)));
+    let [x, y, z] = [0, 1, 2].map(|axis| grid.direction().col(axis));
+    let wide = Camera {
+        focal_point: inside.position + x + 0.95 * y + 0.1 * z,
+        view_up: z,
+        projection: Projection::Perspective { view_angle: 110.0 },
+        ..inside
+    };
+    all.push(("along planes".into(), view(wide, SIDE)));
     all
 }
 
@@ -177,7 +183,7 @@ fn published_slices_of_a_uniform_box_are_exact_but_at_its_sides() {
     let look = Appearance::new(ramp(0.6), OpticalModel::Absorption);
     let stacks = made(&gpu, &grid, &look, Integration::Slices);
     for (name, mut view) in views(&grid) {
-        if name == "inside" {
+        if !name.contains("parallel") {
             continue;
         }
         view.background = [0.0; 4];
@@ -245,7 +251,21 @@ fn errors_fall_with_the_distance_of_samples() {
                 let context =
                     format!("{model:?} {wanted} {has_coverage}: {orders:.2?} {errors:.6?}");
                 eprintln!("{context}");
-                assert!(orders[0] > 0.0 && orders[1] > 0.0, "{context}");
+                // Slices: the first at the sides of the box; but what is covered ends inside of it,
+                // between planes. Greatest colors jump where the box, or what has a value in it,
+                // ends: how many pixels are wrong falls at first order, and the RMSE by its root.
+                let least = match (model, has_coverage) {
+                    (OpticalModel::MaximumIntensity, false) => [0.4, 1.8],
+                    (OpticalModel::MaximumIntensity, true) => [0.4, 0.4],
+                    (_, false) => [0.9, 1.9],
+                    (_, true) => [1.6, 1.6],
+                };
+                let all = orders[0] > least[0] && orders[1] > least[1];
+                assert!(all, "{context}");
+                // Slabs are nearer to the truth, and near: with nine samples along an axis.
+                let fades = model != OpticalModel::MaximumIntensity;
+                let near = errors[1][0] < 3e-3 && errors[1][3] < 1e-4;
+                assert!(!fades || near, "{context}");
             }
         }
     }
@@ -287,7 +307,12 @@ fn three_stacks_agree_along_the_diagonal() {
                         // The triangle inequality; a camera that moves by 1e-6 changes a thousandth
                         // of what stacks are off.
                         assert!(apart <= 1.01 * (off_a + off_b), "{context}");
-                        assert!(*off_a < 1e-2 && apart > 0.0, "{context}");
+                        // Greatest colors jump where the ball ends.
+                        let most = match model {
+                            OpticalModel::MaximumIntensity => 0.1,
+                            _ => 1e-2,
+                        };
+                        assert!(*off_a < most && apart > 0.0, "{context}");
                     }
                 }
             }
@@ -435,7 +460,13 @@ fn rays_along_planes_are_noted() {
         });
         eprintln!("{integration:?}: {errors:?}");
         assert!(!errors[0].1 && errors[1].1);
-        assert!(errors[1].0.0 < 0.05);
+        // Rays that go along planes meet many in no place, and some by chance: a few percent. Slabs
+        // have what is at the ends of such rays.
+        let most = match integration {
+            Integration::Slices => 0.1,
+            Integration::Slabs => 0.03,
+        };
+        assert!(errors[1].0.0 < most);
     }
 }
 
