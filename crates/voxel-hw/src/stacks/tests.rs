@@ -71,7 +71,7 @@ fn views(grid: &Grid) -> Vec<(String, View)> {
     let wide = Camera {
         focal_point: inside.position + x + 0.95 * y + 0.1 * z,
         view_up: z,
-        projection: Projection::Perspective { view_angle: 110.0 },
+        projection: Projection::Perspective { view_angle: 150.0 },
         ..inside
     };
     all.push(("along planes".into(), view(wide, SIDE)));
