@@ -446,8 +446,28 @@ pub mod mesh_slices {
     );
 }
 
+/// Stacks of textured rectangles (`stacks` of `tetrascope-voxel-hw`).
+pub mod stacks {
+    /// The samples of a grid as layers.
+    pub const TURN_VALUES: &str = program!("stacks/values.wgsl", "stacks/turn.wgsl");
+    /// The same for samples with coverage.
+    pub const TURN_COVERED: &str = program!("stacks/covered.wgsl", "stacks/turn.wgsl");
+    /// What a layer, or the slab behind it, adds to a picture.
+    pub const RECTANGLE: &str = program!(
+        "common/look.wgsl",
+        "common/ends.wgsl",
+        "common/optics_model.wgsl",
+        "common/transfer_function.wgsl",
+        "common/optics.wgsl",
+        "common/cue.wgsl",
+        "stacks/frame.wgsl",
+        "stacks/layer.wgsl",
+        "stacks/rectangle.wgsl",
+    );
+}
+
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 47] = [
+pub const PROGRAMS: [(&str, &str); 50] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -485,6 +505,9 @@ pub const PROGRAMS: [(&str, &str); 47] = [
     ("resample::SECTION", resample::SECTION),
     ("mesh_slices::VIEW_ELEMENTS", mesh_slices::VIEW_ELEMENTS),
     ("mesh_slices::MESH_SLICE", mesh_slices::MESH_SLICE),
+    ("stacks::TURN_VALUES", stacks::TURN_VALUES),
+    ("stacks::TURN_COVERED", stacks::TURN_COVERED),
+    ("stacks::RECTANGLE", stacks::RECTANGLE),
     ("raycast_peel::MARCH", raycast_peel::MARCH),
     ("raycast_peel::AIM", raycast_peel::AIM),
     ("raycast_peel::PEEL", raycast_peel::PEEL),

@@ -138,6 +138,9 @@ pub const LOOPS: &[Loop] = &[
 
     of("mesh_slices/mesh_slice.wgsl", "shaded_center", AtMost(4), "corners of a cell"),
 
+    of("stacks/frame.wgsl", "within", AtMost(3), "axes"),
+    of("stacks/rectangle.wgsl", "part_of_image", AtMost(8), "corners of a slab"),
+
     of("columns/fill.wgsl", "fill_columns", InAll(16 * (COLUMN_SIDE as u64 + 10) + 1), "columns and samples of a cell: COLUMN_CELL_PASSES of each of eight neighbors, which add up, in cs_small; in cs_large 16 columns of each, side by side, of COLUMN_SIDE samples"),
     of("resample/column.wgsl", "fill_column", Counted, "samples of a column in a cell, in fill_columns"),
     of("voxel_hw/column.wgsl", "fill_between", Counted, "voxels of a column in a cell, in fill_columns"),

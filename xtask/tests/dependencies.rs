@@ -25,7 +25,7 @@ const RULES: [(&str, &[&str], &[&str]); 18] = [
         &["core", "f32", "gpu", "shaders", "slicing"],
         JUDGING,
     ),
-    // As `resample`; so far it uses `core` alone.
+    // Its voxels need `core` alone, and what draws them on a device the rest.
     (
         "voxel-hw",
         &["core", "f32", "gpu", "shaders", "slicing"],

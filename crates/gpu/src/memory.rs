@@ -155,6 +155,51 @@ impl Gpu {
         })
     }
 
+    /// A stack of two-dimensional textures with one mip level: `size` has their number.
+    ///
+    /// Errors as in [`Gpu::buffer`].
+    pub fn texture_layers(
+        &self,
+        label: &str,
+        size: wgpu::Extent3d,
+        format: wgpu::TextureFormat,
+        usage: TextureUsages,
+    ) -> Result<wgpu::Texture, Error> {
+        let limits = self.limits();
+        let sides = (limits.max_texture_dimension_2d, "texels a side");
+        let layers = (limits.max_texture_array_layers, "layers");
+        for (needed, (limit, unit)) in [
+            (size.width, sides),
+            (size.height, sides),
+            (size.depth_or_array_layers, layers),
+        ] {
+            if needed > limit {
+                return Err(Error::TooLarge {
+                    what: label.into(),
+                    needed: needed.into(),
+                    limit: limit.into(),
+                    unit,
+                });
+            }
+        }
+        let texel = u64::from(format.block_copy_size(None).unwrap_or(16));
+        let texels = [size.width, size.height, size.depth_or_array_layers];
+        let bytes = texels.into_iter().map(u64::from).product::<u64>() * texel;
+        self.checked(label, bytes, || {
+            self.count_allocation();
+            self.device().create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            })
+        })
+    }
+
     /// Writes all texels of `texture`, row-major and slice by slice, before the next submission.
     ///
     /// Panics if `contents` does not have their size.

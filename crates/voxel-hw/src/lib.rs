@@ -20,6 +20,8 @@
 //! 6. [`errors`] measures how far that is from the mesh (§3.1, §5.4).
 //! 7. [`VoxelContext`] takes tetrahedra corner by corner (§5.5).
 //! 8. [`machine`] is a model of the hardware, which makes the same voxels (§5.1 to §5.4).
+//! 9. `stacks` draws a grid of voxels on a device by textured rectangles (§4: [`Stacks`], with the
+//!    feature `gpu`).
 //!
 //! ```
 //! use tetrascope_core::glam::{DMat3, DVec3};
@@ -109,6 +111,9 @@ mod interface;
 pub mod machine;
 
 #[cfg(feature = "gpu")]
+mod stacks;
+
+#[cfg(feature = "gpu")]
 pub use device::DeviceVoxelizer;
 pub use errors::VoxelErrors;
 pub use fixed::{DEPTH_BITS, PLACE_BITS, SCALAR_BITS};
@@ -117,6 +122,8 @@ pub use offsets::{MOST_RANDOM, MOST_REGULAR, Offsets};
 pub use options::{
     Arithmetic, Cells, Columns, FirstVoxel, MOST_SIDE, MOST_VOXELS, VoxelSize, VoxelizerOptions,
 };
+#[cfg(feature = "gpu")]
+pub use stacks::{Integration, Stacks, StacksOptions};
 pub use volume::{ColorVolume, VoxelVolume, Voxels};
 pub use voxelizer::{Counts, Voxelizer};
 

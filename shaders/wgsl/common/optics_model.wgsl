@@ -22,3 +22,18 @@ fn opacity(m: f32) -> f32 {
     }
     return 1.0 - transmittance(m);
 }
+
+// What is blended for light and an optical depth, as `gather` of tetrascope-gpu does.
+fn blended(sum: vec4f) -> vec4f {
+    switch MODEL {
+        case EMISSION_ABSORPTION: {
+            return vec4f(sum.xyz, opacity(sum.w));
+        }
+        case ABSORPTION: {
+            return vec4f(sum.w, 0.0, 0.0, 0.0);
+        }
+        default: {
+            return vec4f(sum.xyz, 0.0);
+        }
+    }
+}

@@ -37,7 +37,7 @@ fn fs_slice(in: Varying) -> @location(0) vec4f {
         discard;
     }
     if NEAREST {
-        return gathered(cell_by_cell(slab));
+        return blended(cell_by_cell(slab));
     }
     var depth = back - front;
     var middle = slab.origin + 0.5 * (front + back) * slab.along;
@@ -83,22 +83,7 @@ fn fs_slice(in: Varying) -> @location(0) vec4f {
     if PHONG {
         sum = lit(sum, middle, slab);
     }
-    return gathered(sum);
-}
-
-// What a fragment with this light and optical depth writes.
-fn gathered(sum: vec4f) -> vec4f {
-    switch MODEL {
-        case EMISSION_ABSORPTION: {
-            return vec4f(sum.xyz, opacity(sum.w));
-        }
-        case ABSORPTION: {
-            return vec4f(sum.w, 0.0, 0.0, 0.0);
-        }
-        default: {
-            return vec4f(sum.xyz, 0.0);
-        }
-    }
+    return blended(sum);
 }
 
 // The light and the optical depth of the cells that a slab crosses, front to back: the scalar
