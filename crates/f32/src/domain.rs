@@ -27,6 +27,14 @@ impl Domain {
         }
     }
 
+    /// The same for scalars that were rounded to 32-bit floats, perhaps beyond the ends.
+    pub fn of_floats(self) -> Domain {
+        Domain {
+            scalar_range: self.scalar_range.map(range_of_floats),
+            ..self
+        }
+    }
+
     /// The domain `given` for a volume that has this one, or this one if there is none.
     ///
     /// # Errors
@@ -63,6 +71,12 @@ impl Domain {
         }
         Ok(given)
     }
+}
+
+/// A range of 32-bit floats that holds `range`, however its scalars are rounded.
+pub fn range_of_floats((low, high): (f64, f64)) -> (f64, f64) {
+    let [low, high] = [low as f32, high as f32];
+    (low.next_down().into(), high.next_up().into())
 }
 
 #[cfg(test)]

@@ -160,17 +160,8 @@ impl ResamplingOptions {
 
     /// How samples are drawn.
     pub(crate) fn slicing(&self) -> SlicingOptions {
-        let rounded = |(low, high): (f64, f64)| {
-            // Samples are 32-bit floats, and may be rounded beyond the ends.
-            let [low, high] = [low as f32, high as f32];
-            (low.next_down().into(), high.next_up().into())
-        };
-        let domain = self.domain.map(|domain| Domain {
-            scalar_range: domain.scalar_range.map(rounded),
-            ..domain
-        });
         SlicingOptions {
-            domain: domain.or(self.slicing.domain),
+            domain: self.domain.map(Domain::of_floats).or(self.slicing.domain),
             ..self.slicing.clone()
         }
     }

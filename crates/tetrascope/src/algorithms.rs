@@ -63,6 +63,8 @@ const ALL: &[Algorithm] = &[
     on_gpu!(tetrascope_resample, Resampling, ResamplingOptions),
     #[cfg(feature = "slicing")]
     on_gpu!(tetrascope_slicing, Slicing, SlicingOptions),
+    #[cfg(feature = "voxel-hw")]
+    on_gpu!(tetrascope_voxel_hw, Voxelization, VoxelizationOptions),
 ];
 
 /// Every algorithm that was compiled in, the ground truth first.

@@ -3,6 +3,7 @@
 use bytemuck::cast_slice;
 use tetrascope_core::grid::Lattice;
 use tetrascope_core::{Error, TetMesh};
+use tetrascope_f32::domain::range_of_floats;
 use tetrascope_gpu::columns::{self, LIST_BYTES, Programs};
 use tetrascope_gpu::device_grid::Texels;
 use tetrascope_gpu::memory::{Source, read_back};
@@ -144,7 +145,7 @@ impl DeviceVoxelizer {
         let range = voxelizer.range(mesh);
         let space = Space::new(lattice, voxelizer.options().columns);
         let snapped = Snapped::new(mesh, &space, range)?;
-        let grid = DeviceGrid::new(gpu, lattice, Texels::Covered, Some(widened(range)))?;
+        let grid = DeviceGrid::new(gpu, lattice, Texels::Covered, Some(range_of_floats(range)))?;
 
         let compute = ShaderStages::COMPUTE;
         let layout = gpu.layout(LABEL, compute, &[TABLE, TABLE, READ, TABLE, WRITE, WRITE])?;
@@ -282,8 +283,8 @@ impl DeviceVoxelizer {
         let range = self.voxelizer.range(mesh);
         let snapped = Snapped::new(mesh, &space, range)?;
         let texture = self.grid.texture().clone();
-        let widened = Some(widened(range));
-        let grid = DeviceGrid::from_texture(texture, lattice, Texels::Covered, widened)?;
+        let of_floats = Some(range_of_floats(range));
+        let grid = DeviceGrid::from_texture(texture, lattice, Texels::Covered, of_floats)?;
         let gpu = &self.gpu;
         let of = (self.groups.as_slice(), &self.voxelizer, self.tuning);
         let programs = programs(gpu, of, &snapped)?;
@@ -469,12 +470,6 @@ fn programs(
             groups: groups.to_vec(),
         },
     )
-}
-
-/// A range of 32-bit floats that contains `range`.
-fn widened((low, high): (f64, f64)) -> (f64, f64) {
-    let [low, high] = [low as f32, high as f32];
-    (low.next_down().into(), high.next_up().into())
 }
 
 impl Mesh {

@@ -90,8 +90,6 @@
 //! - With [`Arithmetic::Float`] a voxel whose center lies on a face but for rounding may be written
 //!   several times, and is always written in a mesh without gaps.
 
-#[cfg(feature = "gpu")]
-mod device;
 mod options;
 
 mod source;
@@ -111,10 +109,20 @@ mod interface;
 pub mod machine;
 
 #[cfg(feature = "gpu")]
+pub mod counters;
+#[cfg(feature = "gpu")]
+mod device;
+#[cfg(feature = "gpu")]
+mod entry;
+#[cfg(feature = "gpu")]
+mod renderer;
+#[cfg(feature = "gpu")]
 mod stacks;
 
 #[cfg(feature = "gpu")]
 pub use device::DeviceVoxelizer;
+#[cfg(feature = "gpu")]
+pub use entry::ENTRY;
 pub use errors::VoxelErrors;
 pub use fixed::{DEPTH_BITS, PLACE_BITS, SCALAR_BITS};
 pub use interface::{VoxelContext, voxels_over};
@@ -123,9 +131,31 @@ pub use options::{
     Arithmetic, Cells, Columns, FirstVoxel, MOST_SIDE, MOST_VOXELS, VoxelSize, VoxelizerOptions,
 };
 #[cfg(feature = "gpu")]
-pub use stacks::{Integration, Stacks, StacksOptions};
+pub use renderer::{MOST_DRAWN, Textures, Voxelization, VoxelizationOptions};
+#[cfg(feature = "gpu")]
+pub use stacks::{Integration as StackIntegration, Stacks, StacksOptions};
+#[cfg(feature = "gpu")]
+pub use tetrascope_slicing::Domain;
 pub use volume::{ColorVolume, VoxelVolume, Voxels};
 pub use voxelizer::{Counts, Voxelizer};
 
 /// The algorithm's name.
 pub const NAME: &str = "voxel-hw";
+
+/// What it draws beyond the volumetric optical models.
+#[cfg(feature = "gpu")]
+pub const ABILITIES: tetrascope_core::Abilities = tetrascope_slicing::ABILITIES;
+
+/// What slices refuse is refused by this algorithm.
+#[cfg(feature = "gpu")]
+fn renamed(error: tetrascope_core::Error) -> tetrascope_core::Error {
+    use tetrascope_core::Error;
+    match error {
+        Error::Unsupported { what, reason, .. } => Error::Unsupported {
+            renderer: NAME,
+            what,
+            reason,
+        },
+        other => other,
+    }
+}
