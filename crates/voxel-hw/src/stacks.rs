@@ -31,10 +31,11 @@
 //!   one made for a view would be in the commands of that frame, which an application may drop.
 //! - No more samples along an axis than the device has layers in a texture: 256 at least, often 2048.
 //! - Between two planes the scalar is taken to be linear along the ray, or the sample's own. A ray
-//!   that is oblique to the planes passes several cells there: up to √2 along each of the other axes
+//!   that is oblique to the planes passes several cells there: up to one along each of the other axes
 //!   where rays are parallel and samples are equally far apart, more where they are nearer along these
-//!   axes, or in perspective far from the optical axis. Frames in which rays pass more than
-//!   eight cells say so.
+//!   axes, or in perspective far from the optical axis. Frames in which rays pass more than eight cells
+//!   say so. A wide view from inside of smooth waves, with rays along the planes, was off by 6e-3 of
+//!   white (RMSE) with slabs and by 0.03 to 0.06 with slices, which such rays meet by chance.
 //! - In [`Integration::Slices`] where a ray enters or leaves through another side of the box is known
 //!   to the distance of two planes.
 //! - No isosurfaces: they lie between planes. Greatest colors are those at planes, or linear between
