@@ -416,6 +416,16 @@ pub mod voxel_hw {
         "voxel_hw/put.wgsl",
         "columns/fill.wgsl",
     );
+    /// The voxels of any convex cells, in integers.
+    pub const POLYHEDRA: &str = program!(
+        "voxel_hw/wide.wgsl",
+        "voxel_hw/work.wgsl",
+        "voxel_hw/face.wgsl",
+        "voxel_hw/polyhedra.wgsl",
+        "voxel_hw/column.wgsl",
+        "voxel_hw/put.wgsl",
+        "columns/fill.wgsl",
+    );
     /// Sums of scalars become samples.
     pub const RESOLVE: &str = program!("voxel_hw/resolve.wgsl");
 }
@@ -467,7 +477,7 @@ pub mod stacks {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 50] = [
+pub const PROGRAMS: [(&str, &str); 51] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -497,6 +507,7 @@ pub const PROGRAMS: [(&str, &str); 50] = [
     ("slicing::RANGES", slicing::RANGES),
     ("columns::ARRANGE", columns::ARRANGE),
     ("voxel_hw::TETRAHEDRA", voxel_hw::TETRAHEDRA),
+    ("voxel_hw::POLYHEDRA", voxel_hw::POLYHEDRA),
     ("voxel_hw::RESOLVE", voxel_hw::RESOLVE),
     ("resample::FILL", resample::FILL),
     ("resample::FILL_COUNTED", resample::FILL_COUNTED),

@@ -143,6 +143,8 @@ pub const LOOPS: &[Loop] = &[
 
     of("columns/fill.wgsl", "fill_columns", InAll(16 * (COLUMN_SIDE as u64 + 10) + 1), "columns and samples of a cell: COLUMN_CELL_PASSES of each of eight neighbors, which add up, in cs_small; in cs_large 16 columns of each, side by side, of COLUMN_SIDE samples"),
     of("resample/column.wgsl", "fill_column", Counted, "samples of a column in a cell, in fill_columns"),
+    of("voxel_hw/polyhedra.wgsl", "cell_of", AtMost(20), "triangles of a cell; those of a hexagonal prism"),
+    of("voxel_hw/polyhedra.wgsl", "meet", Counted, "triangles of a cell, in fill_columns"),
     of("voxel_hw/column.wgsl", "fill_between", Counted, "voxels of a column in a cell, in fill_columns"),
 
     of("raycast_peel/crossings.wgsl", "peeled_faces", AtMost(16), "layers, MOST_LAYERS"),

@@ -13,10 +13,10 @@ use tetrascope_gpu::tables::{TABLE, Table, grown};
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
 use tetrascope_gpu::{DeviceGrid, Gpu};
 use tetrascope_shaders::loops::COLUMN_CELL_PASSES;
-use tetrascope_shaders::voxel_hw::{RESOLVE, TETRAHEDRA};
+use tetrascope_shaders::voxel_hw::{POLYHEDRA, RESOLVE, TETRAHEDRA};
 
 use crate::face::Number;
-use crate::options::{FirstVoxel, VoxelSize, voxel_count};
+use crate::options::{Cells, FirstVoxel, VoxelSize, voxel_count};
 use crate::space::Space;
 use crate::volume::VoxelVolume;
 use crate::voxelizer::{AccumulationBuffer, Counts, Voxelizer};
@@ -144,7 +144,8 @@ impl DeviceVoxelizer {
         voxel_count(lattice.dims)?;
         let range = voxelizer.range(mesh);
         let space = Space::new(lattice, voxelizer.options().columns);
-        let snapped = Snapped::new(mesh, &space, range)?;
+        let kind = voxelizer.options().cells;
+        let snapped = Snapped::new(mesh, kind, &space, range)?;
         let grid = DeviceGrid::new(gpu, lattice, Texels::Covered, Some(range_of_floats(range)))?;
 
         let compute = ShaderStages::COMPUTE;
@@ -233,7 +234,14 @@ impl DeviceVoxelizer {
         let groups = vec![layout.clone(), put_layout, work_layout];
         let of = (groups.as_slice(), voxelizer, tuning);
         let programs = programs(gpu, of, &snapped)?;
-        let mesh = Mesh::new(gpu, &layout, &columns, None, &snapped, snapped.cells(mesh))?;
+        let mesh = Mesh::new(
+            gpu,
+            &layout,
+            &columns,
+            None,
+            &snapped,
+            snapped.cells(mesh, kind),
+        )?;
         let made = DeviceVoxelizer {
             gpu: gpu.clone(),
             voxelizer: voxelizer.clone(),
@@ -281,7 +289,8 @@ impl DeviceVoxelizer {
         }
         let space = Space::new(lattice, self.voxelizer.options().columns);
         let range = self.voxelizer.range(mesh);
-        let snapped = Snapped::new(mesh, &space, range)?;
+        let kind = self.voxelizer.options().cells;
+        let snapped = Snapped::new(mesh, kind, &space, range)?;
         let texture = self.grid.texture().clone();
         let of_floats = Some(range_of_floats(range));
         let grid = DeviceGrid::from_texture(texture, lattice, Texels::Covered, of_floats)?;
@@ -289,7 +298,14 @@ impl DeviceVoxelizer {
         let of = (self.groups.as_slice(), &self.voxelizer, self.tuning);
         let programs = programs(gpu, of, &snapped)?;
         let (layout, columns, old) = (&self.layout, &self.columns, Some(&self.mesh));
-        let mesh = Mesh::new(gpu, layout, columns, old, &snapped, snapped.cells(mesh))?;
+        let mesh = Mesh::new(
+            gpu,
+            layout,
+            columns,
+            old,
+            &snapped,
+            snapped.cells(mesh, kind),
+        )?;
         self.mesh = mesh;
         self.space = space;
         self.programs = programs;
@@ -460,7 +476,10 @@ fn programs(
         gpu,
         &ComputeProgram {
             label: LABEL,
-            source: TETRAHEDRA,
+            source: match options.cells {
+                Cells::Tetrahedra => TETRAHEDRA,
+                Cells::AsGiven => POLYHEDRA,
+            },
             entry: None,
             constants: vec![
                 ("CELL_DATA", yes(!snapped.cell_scalars.is_empty())),

@@ -3,7 +3,6 @@
 // Prakash, Manohar 1995 section 2.2.1. The scalar goes from voxel to voxel by increments, as
 // published, in integers: nothing is rounded on the way.
 // With: voxel_hw/wide.wgsl, voxel_hw/work.wgsl, voxel_hw/face.wgsl, voxel_hw/put.wgsl
-// Needs: `Meeting` with `place`, `front` and `back`
 
 // The first voxel's scalar is that of the front face; or interpolated at its center.
 override ROUNDED: bool = false;

@@ -37,25 +37,27 @@ pub(crate) struct Resolve {
 #[cfg(test)]
 mod tests {
     use tetrascope_shaders::assert_layout;
-    use tetrascope_shaders::voxel_hw::{RESOLVE, TETRAHEDRA};
+    use tetrascope_shaders::voxel_hw::{POLYHEDRA, RESOLVE, TETRAHEDRA};
 
     use super::*;
 
     #[test]
     fn structs_have_the_layout_of_their_twins() {
-        assert_layout!(
-            TETRAHEDRA,
-            Work {
-                dims,
-                cell_count,
-                offset,
-                first,
-                end,
-                small,
-                flipped,
-                is_first
-            }
-        );
+        for program in [TETRAHEDRA, POLYHEDRA] {
+            assert_layout!(
+                program,
+                Work {
+                    dims,
+                    cell_count,
+                    offset,
+                    first,
+                    end,
+                    small,
+                    flipped,
+                    is_first
+                }
+            );
+        }
         assert_layout!(
             RESOLVE,
             Resolve {

@@ -5,8 +5,8 @@ use tetrascope_core::mesh::Association;
 use tetrascope_core::{Error, TetMesh, is_value};
 
 use crate::face::Number;
-use crate::options::Arithmetic;
-use crate::source::{Reach, ToVoxels, reach, relative};
+use crate::options::{Arithmetic, Cells};
+use crate::source::{Reach, ToVoxels, for_each_cell, reach, relative};
 use crate::space::Space;
 
 /// Stands for no scalar; `NO_VALUE` of `work.wgsl`.
@@ -34,8 +34,21 @@ const NARROW: f64 = 127.0;
 
 impl Snapped {
     /// # Errors
-    /// A cell that is wider than fixed point allows.
-    pub(crate) fn new(mesh: &TetMesh, space: &Space, range: (f64, f64)) -> Result<Snapped, Error> {
+    /// A cell that is wider than fixed point allows; [`Cells::AsGiven`] of a mesh that did not keep
+    /// them.
+    pub(crate) fn new(
+        mesh: &TetMesh,
+        cells: Cells,
+        space: &Space,
+        range: (f64, f64),
+    ) -> Result<Snapped, Error> {
+        match cells {
+            Cells::Tetrahedra => Snapped::of_tetrahedra(mesh, space, range),
+            Cells::AsGiven => Snapped::of_polyhedra(mesh, space, range),
+        }
+    }
+
+    fn of_tetrahedra(mesh: &TetMesh, space: &Space, range: (f64, f64)) -> Result<Snapped, Error> {
         let (to_voxels, dims) = (ToVoxels::new(&space.turned()), space.dims());
         let points = mesh.points();
         let places: Vec<DVec3> = points.iter().map(|p| to_voxels.place(*p)).collect();
@@ -49,25 +62,19 @@ impl Snapped {
         let scalars = mesh.scalars();
         let values = &scalars.values;
         let of_points = scalars.association == Association::Point;
-        let snapped = |scalar: f64| match is_value(scalar) {
-            true => i32::corner(DVec3::ZERO, relative(scalar, range)).scalar,
-            false => NO_VALUE,
-        };
         let vertices = places.iter().enumerate().map(|(index, place)| {
-            // What is not a number or too far away for an integer is of no cell that is near.
-            let corner = i32::corner(*place, 0.0);
             let scalar = match of_points {
-                true => snapped(values[index]),
+                true => snapped_scalar(values[index], range),
                 false => 0,
             };
-            [corner.x, corner.y, corner.z, scalar]
+            vertex(*place, scalar)
         });
         let cell_scalars = match of_points {
             true => Vec::new(),
             false => {
                 let cells = 0..mesh.cell_count();
                 cells
-                    .map(|c| snapped(values[mesh.source_cell(c)]))
+                    .map(|c| snapped_scalar(values[mesh.source_cell(c)], range))
                     .collect()
             }
         };
@@ -80,11 +87,56 @@ impl Snapped {
         })
     }
 
+    /// Each cell has vertices of its own, with scalars.
+    fn of_polyhedra(mesh: &TetMesh, space: &Space, range: (f64, f64)) -> Result<Snapped, Error> {
+        let (to_voxels, dims) = (ToVoxels::new(&space.turned()), space.dims());
+        let mut made = Snapped {
+            vertices: Vec::new(),
+            cell_scalars: Vec::new(),
+            polyhedra: Vec::new(),
+            triangles: Vec::new(),
+            is_wide: false,
+        };
+        for_each_cell(mesh, Cells::AsGiven, &to_voxels, |index, cell| {
+            let corners = &cell.corners;
+            if let Reach::Near(extent) = reach(index, corners, dims, Arithmetic::FixedPoint)? {
+                made.is_wide |= extent > NARROW;
+            }
+            let first = made.vertices.len() as u32;
+            let pairs = corners.iter().zip(&cell.scalars);
+            made.vertices
+                .extend(pairs.map(|(place, s)| vertex(*place, snapped_scalar(*s, range))));
+            let orientation = i32::from(cell.orientation) as u32;
+            let (at, count) = (made.triangles.len() as u32, cell.faces.len() as u32);
+            made.polyhedra.push([at, count, orientation, 0]);
+            let triangles = cell.faces.iter().map(|face| {
+                let [a, b, c] = face.map(|corner| first + u32::from(corner));
+                [a, b, c, 0]
+            });
+            made.triangles.extend(triangles);
+            Ok(())
+        })?;
+        Ok(made)
+    }
+
     /// What is uploaded as cells.
-    pub(crate) fn cells<'a>(&'a self, mesh: &'a TetMesh) -> &'a [[u32; 4]] {
-        match self.polyhedra.is_empty() {
-            true => mesh.tetrahedra(),
-            false => &self.polyhedra,
+    pub(crate) fn cells<'a>(&'a self, mesh: &'a TetMesh, cells: Cells) -> &'a [[u32; 4]] {
+        match cells {
+            Cells::Tetrahedra => mesh.tetrahedra(),
+            Cells::AsGiven => &self.polyhedra,
         }
+    }
+}
+
+/// What is not a number or too far away for an integer is of no cell that is near.
+fn vertex(place: DVec3, scalar: i32) -> [i32; 4] {
+    let corner = i32::corner(place, 0.0);
+    [corner.x, corner.y, corner.z, scalar]
+}
+
+fn snapped_scalar(scalar: f64, range: (f64, f64)) -> i32 {
+    match is_value(scalar) {
+        true => i32::corner(DVec3::ZERO, relative(scalar, range)).scalar,
+        false => NO_VALUE,
     }
 }

@@ -1,7 +1,11 @@
 //! Voxels of the device against those of the CPU.
 
+use std::sync::Arc;
+
+use tetrascope_core::Scalars;
 use tetrascope_core::glam::{DMat3, DQuat, DVec3};
 use tetrascope_core::grid::Interpolation;
+use tetrascope_core::mesh::{Association, Split};
 use tetrascope_testing::{gpu, kuhn, mesh};
 
 use super::*;
@@ -98,4 +102,143 @@ fn samples_of_a_voxel_are_added_up() {
         };
         assert_same(&gpu, &cubes, &place, options);
     }
+}
+
+/// Hexahedra of a warped lattice, some of them mirrored, then a wedge and a pyramid beside them.
+fn polyhedra(association: Association) -> TetMesh {
+    let n = 4;
+    let place = |i: usize, j: usize, k: usize| {
+        let p = DVec3::new(i as f64, j as f64, k as f64) / (n - 1) as f64;
+        let bend = DVec3::new((5.0 * p.y).sin(), (4.0 * p.z).cos(), (6.0 * p.x).sin());
+        p + 0.04 * bend
+    };
+    let mut points = Vec::new();
+    for k in 0..n {
+        for j in 0..n {
+            points.extend((0..n).map(|i| place(i, j, k)));
+        }
+    }
+    let at = |i: usize, j: usize, k: usize| (i + n * (j + n * k)) as u64;
+    let (mut types, mut offsets, mut connectivity) = (vec![], vec![0], vec![]);
+    let mut add = |cell_type: u8, corners: &[u64]| {
+        types.push(cell_type);
+        connectivity.extend_from_slice(corners);
+        offsets.push(connectivity.len() as u64);
+    };
+    for k in 0..n - 1 {
+        for j in 0..n - 1 {
+            for i in 0..n - 1 {
+                let ring = |k| {
+                    [
+                        at(i, j, k),
+                        at(i + 1, j, k),
+                        at(i + 1, j + 1, k),
+                        at(i, j + 1, k),
+                    ]
+                };
+                let (mut low, mut high) = (ring(k), ring(k + 1));
+                if (i + j + k) % 3 == 0 {
+                    std::mem::swap(&mut low, &mut high);
+                }
+                add(12, &[low, high].concat());
+            }
+        }
+    }
+    let first = points.len() as u64;
+    points.extend([
+        DVec3::new(1.2, 0.1, 0.1),
+        DVec3::new(1.6, 0.2, 0.0),
+        DVec3::new(1.3, 0.7, 0.1),
+        DVec3::new(1.2, 0.1, 0.5),
+        DVec3::new(1.7, 0.2, 0.6),
+        DVec3::new(1.4, 0.8, 0.5),
+        DVec3::new(1.5, 0.3, 1.0),
+    ]);
+    add(13, &[0, 1, 2, 3, 4, 5].map(|i| first + i));
+    add(14, &[0, 3, 4, 1, 6].map(|i| first + i));
+    let values = match association {
+        Association::Point => points.iter().map(|p| field(*p)).collect(),
+        Association::Cell => (0..types.len()).map(|i| (i * 7 % 11) as f64).collect(),
+    };
+    let scalars = Scalars {
+        name: "f".into(),
+        association,
+        values,
+    };
+    let cells = tetrascope_core::Cells {
+        types,
+        offsets,
+        connectivity,
+    };
+    let mesh = TetMesh::keeping_cells(points, Arc::new(cells), scalars, Split::default());
+    mesh.expect("a mesh")
+}
+
+#[test]
+fn cells_as_given_are_those_of_the_cpu() {
+    let Some(gpu) = gpu("cells_as_given_are_those_of_the_cpu") else {
+        return;
+    };
+    for association in [Association::Point, Association::Cell] {
+        let mesh = polyhedra(association);
+        for (cells, samples) in [
+            (Cells::AsGiven, 1),
+            (Cells::AsGiven, 2),
+            (Cells::Tetrahedra, 1),
+        ] {
+            let place = lattice([22, 15, 17], DVec3::new(0.8, 0.5, 0.5), 0.08, true, false);
+            let options = VoxelizerOptions {
+                cells,
+                offsets: Offsets::Regular(samples),
+                ..VoxelizerOptions::default()
+            };
+            assert_same(&gpu, &mesh, &place, options);
+        }
+    }
+}
+
+/// Cells without a value, without volume, inside out once snapped, out of reach, and overlapping ones:
+/// each is left out, or written, as on the CPU.
+#[test]
+fn cells_of_every_kind_are_told_apart() {
+    let Some(gpu) = gpu("cells_of_every_kind_are_told_apart") else {
+        return;
+    };
+    let mut state = 7_u64;
+    // A linear congruential generator, with Knuth's numbers for MMIX.
+    let mut number = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut points = Vec::new();
+    for cell in 0..400 {
+        let corner = DVec3::new(number(), number(), number()) * 3.0 - 1.0;
+        let size = [0.8, 0.1, 3e-4, 2e-3][cell % 4];
+        // Of some, all corners are in a plane.
+        let flat = if cell % 7 == 0 { 0.0 } else { 1.0 };
+        points.push(corner);
+        for _ in 0..3 {
+            points.push(corner + DVec3::new(number(), number(), number() * flat) * size);
+        }
+    }
+    let values = points.iter().enumerate().map(|(i, p)| match i % 97 {
+        5 => f64::NAN,
+        _ => field(*p),
+    });
+    let scalars = Scalars {
+        name: "f".into(),
+        association: Association::Point,
+        values: values.collect(),
+    };
+    let cells = (0..400).map(|i| [0, 1, 2, 3].map(|c| 4 * i + c)).collect();
+    let mesh = TetMesh::from_tetrahedra(points, cells, scalars).expect("a mesh");
+    let place = lattice([24, 20, 18], DVec3::splat(0.4), 0.12, true, false);
+    let voxels =
+        Voxelizer::new(VoxelizerOptions::default()).and_then(|v| v.voxelize(&mesh, &place));
+    let counts = *voxels.expect("voxels").counts();
+    assert!(counts.outside > 9 && counts.without_value > 9, "{counts:?}");
+    assert!(counts.degenerate > 9 && counts.inverted > 3, "{counts:?}");
+    assert_same(&gpu, &mesh, &place, VoxelizerOptions::default());
 }
