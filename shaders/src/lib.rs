@@ -371,6 +371,7 @@ pub mod resample {
         "common/turns.wgsl",
         "common/sides.wgsl",
         "resample/mesh.wgsl",
+        "columns/crossing.wgsl",
         "resample/column.wgsl",
         "resample/put.wgsl",
         "columns/fill.wgsl",
@@ -380,6 +381,7 @@ pub mod resample {
         "common/turns.wgsl",
         "common/sides.wgsl",
         "resample/mesh.wgsl",
+        "columns/crossing.wgsl",
         "resample/column.wgsl",
         "resample/put_counted.wgsl",
         "columns/fill.wgsl",
@@ -423,6 +425,17 @@ pub mod voxel_hw {
         "voxel_hw/face.wgsl",
         "voxel_hw/polyhedra.wgsl",
         "voxel_hw/column.wgsl",
+        "voxel_hw/put.wgsl",
+        "columns/fill.wgsl",
+    );
+    /// The voxels of tetrahedra, in floats.
+    pub const TETRAHEDRA_FLOAT: &str = program!(
+        "common/turns.wgsl",
+        "common/sides.wgsl",
+        "columns/crossing.wgsl",
+        "voxel_hw/work.wgsl",
+        "voxel_hw/wide.wgsl",
+        "voxel_hw/tetrahedra_float.wgsl",
         "voxel_hw/put.wgsl",
         "columns/fill.wgsl",
     );
@@ -477,7 +490,7 @@ pub mod stacks {
 }
 
 /// Every program with its name.
-pub const PROGRAMS: [(&str, &str); 51] = [
+pub const PROGRAMS: [(&str, &str); 52] = [
     ("sort::COUNT", sort::COUNT),
     ("sort::SCAN", sort::SCAN),
     ("sort::SCATTER", sort::SCATTER),
@@ -508,6 +521,7 @@ pub const PROGRAMS: [(&str, &str); 51] = [
     ("columns::ARRANGE", columns::ARRANGE),
     ("voxel_hw::TETRAHEDRA", voxel_hw::TETRAHEDRA),
     ("voxel_hw::POLYHEDRA", voxel_hw::POLYHEDRA),
+    ("voxel_hw::TETRAHEDRA_FLOAT", voxel_hw::TETRAHEDRA_FLOAT),
     ("voxel_hw::RESOLVE", voxel_hw::RESOLVE),
     ("resample::FILL", resample::FILL),
     ("resample::FILL_COUNTED", resample::FILL_COUNTED),

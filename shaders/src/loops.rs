@@ -145,6 +145,7 @@ pub const LOOPS: &[Loop] = &[
     of("resample/column.wgsl", "fill_column", Counted, "samples of a column in a cell, in fill_columns"),
     of("voxel_hw/polyhedra.wgsl", "cell_of", AtMost(20), "triangles of a cell; those of a hexagonal prism"),
     of("voxel_hw/polyhedra.wgsl", "meet", Counted, "triangles of a cell, in fill_columns"),
+    of("voxel_hw/tetrahedra_float.wgsl", "fill_column", Counted, "voxels of a column in a cell, in fill_columns"),
     of("voxel_hw/column.wgsl", "fill_between", Counted, "voxels of a column in a cell, in fill_columns"),
 
     of("raycast_peel/crossings.wgsl", "peeled_faces", AtMost(16), "layers, MOST_LAYERS"),

@@ -120,6 +120,9 @@ struct Field {
     continuous: OnceLock<bool>,
 }
 
+/// VTK's type of a cell of four corners.
+const TETRAHEDRON: u8 = 10;
+
 impl TetMesh {
     /// Splits `cells` into tetrahedra that agree across shared faces, by
     /// [`Split::SmallestIndex`].
@@ -205,6 +208,23 @@ impl TetMesh {
         let geometry = Arc::get_mut(&mut mesh.geometry).expect("nobody else has it yet");
         geometry.cells = Some(cells);
         Ok(mesh)
+    }
+
+    /// As [`TetMesh::new`], and keeps the cells ([`TetMesh::cells`]) if they are not all tetrahedra.
+    ///
+    /// # Errors
+    /// As [`TetMesh::new`].
+    pub fn from_cells(
+        points: Vec<DVec3>,
+        cells: Cells,
+        scalars: Scalars,
+    ) -> Result<TetMesh, Error> {
+        let is_other =
+            |cell_type: &u8| volume_corners(*cell_type).is_some() && *cell_type != TETRAHEDRON;
+        match cells.types.iter().any(is_other) {
+            true => TetMesh::keeping_cells(points, Arc::new(cells), scalars, Split::default()),
+            false => TetMesh::new(points, &cells, scalars),
+        }
     }
 
     /// A mesh of tetrahedra, treated as in [`TetMesh::new`]. May be empty.

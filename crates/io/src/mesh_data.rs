@@ -153,7 +153,7 @@ impl MeshData {
     }
 
     /// The tetrahedra of this mesh with one of its fields, chosen as by
-    /// [`MeshData::choose`].
+    /// [`MeshData::choose`], and cells of other types as they are.
     ///
     /// # Errors
     /// As [`MeshData::field`] and [`TetMesh::new`].
@@ -172,7 +172,7 @@ impl MeshData {
     pub fn into_mesh_of(mut self, field: usize) -> Result<TetMesh, Error> {
         let scalars = self.scalars(field)?;
         self.arrays = Vec::new(); // they may hold the file's bytes
-        TetMesh::new(self.points, &self.cells, scalars)
+        TetMesh::from_cells(self.points, self.cells, scalars)
     }
 
     /// Adds the scalar fields that arrays offer, by rank, with their ranges. Each array has

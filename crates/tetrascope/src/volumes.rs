@@ -195,7 +195,7 @@ pub fn load_fields(source: &VolumeSource, names: Option<&[String]>) -> Result<Lo
         }
         fields.push(field);
     }
-    let mesh = TetMesh::new(data.points, &data.cells, fields[0].clone())?;
+    let mesh = TetMesh::from_cells(data.points, data.cells, fields[0].clone())?;
     notes.extend(mesh.report().notes());
     Ok(LoadedFields {
         mesh,

@@ -11,17 +11,17 @@ use tetrascope_gpu::passes::{READ, UNIFORM, WRITE, group};
 use tetrascope_gpu::pipelines::ComputeProgram;
 use tetrascope_gpu::tables::{TABLE, Table, grown};
 use tetrascope_gpu::wgpu::{self, BufferUsages, ShaderStages};
-use tetrascope_gpu::{DeviceGrid, Gpu};
+use tetrascope_gpu::{DeviceGrid, Gpu, sides};
 use tetrascope_shaders::loops::COLUMN_CELL_PASSES;
-use tetrascope_shaders::voxel_hw::{POLYHEDRA, RESOLVE, TETRAHEDRA};
+use tetrascope_shaders::voxel_hw::{POLYHEDRA, RESOLVE, TETRAHEDRA, TETRAHEDRA_FLOAT};
 
-use crate::face::Number;
-use crate::options::{Cells, FirstVoxel, VoxelSize, voxel_count};
+use crate::NAME;
+use crate::options::{Arithmetic, Cells, FirstVoxel, VoxelSize, VoxelizerOptions, voxel_count};
 use crate::space::Space;
 use crate::volume::VoxelVolume;
 use crate::voxelizer::{AccumulationBuffer, Counts, Voxelizer};
 use gpu_data::{Resolve, Work};
-use snapped::Snapped;
+use snapped::{Snapped, parts, place_bits};
 
 mod gpu_data;
 mod snapped;
@@ -48,13 +48,27 @@ struct Tuning {
     wide: bool,
 }
 
+/// What an invocation takes; it changes nothing in the voxels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Items {
+    /// A cell if that is little work, for the device at hand; else some of its pixels.
+    #[default]
+    Auto,
+    /// A cell, unless that is more than an invocation may do.
+    Cells,
+    /// Pixels of a cell, which a workgroup shares.
+    Pixels,
+}
+
 impl Tuning {
-    fn new(gpu: &Gpu) -> Tuning {
-        let small = match gpu.is_software() {
+    fn new(gpu: &Gpu, items: Items) -> Tuning {
+        let small = match items {
+            Items::Pixels => 0,
+            Items::Cells => COLUMN_CELL_PASSES,
             // One invocation after the other: the fewer idle ones the better.
-            true => COLUMN_CELL_PASSES,
+            Items::Auto if gpu.is_software() => COLUMN_CELL_PASSES,
             // Thousands at once: none should be long.
-            false => 512,
+            Items::Auto => 512,
         };
         Tuning {
             small,
@@ -130,7 +144,21 @@ impl DeviceVoxelizer {
         mesh: &TetMesh,
         lattice: &Lattice,
     ) -> Result<DeviceVoxelizer, Error> {
-        DeviceVoxelizer::tuned(gpu, voxelizer, mesh, lattice, Tuning::new(gpu))
+        DeviceVoxelizer::with_items(gpu, voxelizer, mesh, lattice, Items::Auto)
+    }
+
+    /// The same with another choice of what an invocation takes.
+    ///
+    /// # Errors
+    /// As [`DeviceVoxelizer::new`].
+    pub fn with_items(
+        gpu: &Gpu,
+        voxelizer: &Voxelizer,
+        mesh: &TetMesh,
+        lattice: &Lattice,
+        items: Items,
+    ) -> Result<DeviceVoxelizer, Error> {
+        DeviceVoxelizer::tuned(gpu, voxelizer, mesh, lattice, Tuning::new(gpu, items))
     }
 
     fn tuned(
@@ -145,7 +173,8 @@ impl DeviceVoxelizer {
         let range = voxelizer.range(mesh);
         let space = Space::new(lattice, voxelizer.options().columns);
         let kind = voxelizer.options().cells;
-        let snapped = Snapped::new(mesh, kind, &space, range)?;
+        check(voxelizer.options())?;
+        let snapped = Snapped::new(mesh, voxelizer.options(), &space, range)?;
         let grid = DeviceGrid::new(gpu, lattice, Texels::Covered, Some(range_of_floats(range)))?;
 
         let compute = ShaderStages::COMPUTE;
@@ -176,13 +205,8 @@ impl DeviceVoxelizer {
         })?;
 
         let offsets = voxelizer.offsets().iter();
-        let offsets: Vec<[i32; 3]> = offsets
-            .map(|offset| {
-                // As cells are moved on the CPU.
-                let corner = i32::corner(space.turn(*offset), 0.0);
-                [corner.x, corner.y, corner.z]
-            })
-            .collect();
+        let bits = place_bits(voxelizer.options().arithmetic);
+        let offsets: Vec<[i32; 3]> = offsets.map(|o| parts(space.turn(*o), bits)).collect();
         let part = |first: usize| -> Result<Part, Error> {
             let end = (first + depth).min(nz);
             let pass = |(index, offset): (usize, &[i32; 3])| -> Result<Pass, Error> {
@@ -290,7 +314,7 @@ impl DeviceVoxelizer {
         let space = Space::new(lattice, self.voxelizer.options().columns);
         let range = self.voxelizer.range(mesh);
         let kind = self.voxelizer.options().cells;
-        let snapped = Snapped::new(mesh, kind, &space, range)?;
+        let snapped = Snapped::new(mesh, self.voxelizer.options(), &space, range)?;
         let texture = self.grid.texture().clone();
         let of_floats = Some(range_of_floats(range));
         let grid = DeviceGrid::from_texture(texture, lattice, Texels::Covered, of_floats)?;
@@ -464,6 +488,18 @@ const SAMPLES: wgpu::BindingType = wgpu::BindingType::StorageTexture {
     view_dimension: wgpu::TextureViewDimension::D3,
 };
 
+/// Refuses what has no shaders.
+pub(crate) fn check(options: &VoxelizerOptions) -> Result<(), Error> {
+    match (options.arithmetic, options.cells) {
+        (Arithmetic::Float, Cells::AsGiven) => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "cells as they are, in floats, on a device".into(),
+            reason: "floats are for tetrahedra there, and integers for all cells".into(),
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// Programs for the numbers of `snapped`.
 fn programs(
     gpu: &Gpu,
@@ -472,20 +508,31 @@ fn programs(
 ) -> Result<Programs, Error> {
     let options = voxelizer.options();
     let yes = |yes: bool| f64::from(u8::from(yes));
+    let mut constants = vec![
+        ("CELL_DATA", yes(!snapped.cell_scalars.is_empty())),
+        ("ROUNDED", yes(options.first_voxel == FirstVoxel::Rounded)),
+        ("PLACE_BITS", place_bits(options.arithmetic).into()),
+    ];
+    let source = match (options.arithmetic, options.cells) {
+        (Arithmetic::Float, _) => {
+            constants.push(sides::constant(gpu)?);
+            TETRAHEDRA_FLOAT
+        }
+        (Arithmetic::FixedPoint, cells) => {
+            constants.push(("WIDE", yes(snapped.is_wide || tuning.wide)));
+            match cells {
+                Cells::Tetrahedra => TETRAHEDRA,
+                Cells::AsGiven => POLYHEDRA,
+            }
+        }
+    };
     Programs::new(
         gpu,
         &ComputeProgram {
             label: LABEL,
-            source: match options.cells {
-                Cells::Tetrahedra => TETRAHEDRA,
-                Cells::AsGiven => POLYHEDRA,
-            },
+            source,
             entry: None,
-            constants: vec![
-                ("CELL_DATA", yes(!snapped.cell_scalars.is_empty())),
-                ("WIDE", yes(snapped.is_wide || tuning.wide)),
-                ("ROUNDED", yes(options.first_voxel == FirstVoxel::Rounded)),
-            ],
+            constants,
             groups: groups.to_vec(),
         },
     )

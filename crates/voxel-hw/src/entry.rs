@@ -9,6 +9,7 @@ use tetrascope_slicing::{
     Integration, MAX_SLICES_PER_VOXEL, MIN_SLICES_PER_VOXEL, Slicing, SlicingOptions,
 };
 
+use crate::device::check;
 use crate::offsets::{MOST_REGULAR, Offsets};
 use crate::options::{Arithmetic, Cells, Columns, FirstVoxel, VoxelSize, VoxelizerOptions};
 use crate::renderer::{MOST_DRAWN, Textures, VoxelizationOptions};
@@ -85,6 +86,7 @@ pub const ENTRY: Entry = Entry {
     supports: |volume, appearance, view, settings| {
         let options = VoxelizationOptions::from_settings(settings);
         let mesh = mesh_of(volume)?;
+        check(&options.voxelizer)?;
         if options.voxelizer.cells == Cells::AsGiven && mesh.cells().is_none() {
             return Err(Error::Unsupported {
                 renderer: NAME,
@@ -196,6 +198,11 @@ mod tests {
             (&regular, "", "makes one of a mesh"),
             (&flat, "", "no volume"),
             (&whole, "cells=as-given", "has not kept them"),
+            (
+                &whole,
+                "cells=as-given,arithmetic=float",
+                "floats are for tetrahedra",
+            ),
         ] {
             let why = refusal(&ENTRY, settings, (volume, &ramp(&whole), &view));
             assert!(why.contains(what), "{why}");

@@ -120,7 +120,7 @@ mod renderer;
 mod stacks;
 
 #[cfg(feature = "gpu")]
-pub use device::DeviceVoxelizer;
+pub use device::{DeviceVoxelizer, Items};
 #[cfg(feature = "gpu")]
 pub use entry::ENTRY;
 pub use errors::VoxelErrors;

@@ -196,7 +196,8 @@ pub(crate) fn reach(
         return Err(Error::Invalid {
             what: format!("cell {index} is {widest} voxels wide"),
             help: Some(format!(
-                "fixed point holds cells of {MOST_SIDE} voxels: take larger voxels, or floats"
+                "fixed point, and the device, hold cells of {MOST_SIDE} voxels: take larger ones, or \
+                 floats on the CPU"
             )),
         });
     }

@@ -31,10 +31,6 @@ struct Work {
 // Stands for no scalar.
 const NO_VALUE: f32 = 0x1.fffffep127f;
 
-// How near to a sample a face is that counts as through it, as a share of its extent: 2^-21, as the
-// shares of corners err by some 4 of 2^-24 each. See column.wgsl.
-const SNAP: f32 = 4.76837158203125e-7;
-
 @group(0) @binding(0) var<storage, read> work: Work;
 // Two texels for each vertex, and one for each cell; software rasterizers read texels several
 // times faster than buffers. Texel i is at (i % 4096, i / 4096).

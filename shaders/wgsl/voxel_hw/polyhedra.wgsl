@@ -61,7 +61,7 @@ struct Meeting {
 // A pixel, counted from the first that the cell may cover.
 fn meet(cell: Cell, pixel: vec2u) -> Meeting {
     let place = cell.low + vec2i(pixel);
-    let center = vec4i(place * 256 + vec2i(128), 0, 0) - vec4i(work.offset, 0);
+    let center = vec4i(center_of(place), 0, 0) - vec4i(work.offset, 0);
     var front = Fragment(0, 0, 0);
     var back = front;
     var has_front = false;

@@ -50,7 +50,7 @@ struct Meeting {
 // A pixel, counted from the first that the cell may cover.
 fn meet(cell: Cell, pixel: vec2u) -> Meeting {
     let place = cell.low + vec2i(pixel);
-    let center = place * 256 + vec2i(128);
+    let center = center_of(place);
     let a = cell.a.xy - center;
     let b = cell.b.xy - center;
     let c = cell.c.xy - center;

@@ -17,7 +17,8 @@ struct Work {
     is_first: u32,     // 1 for the first dispatch, which tells what becomes of cells
 }
 
-const PLACE_BITS: u32 = 8u;
+// Bits of a place in a voxel.
+override PLACE_BITS: u32 = 8u;
 const DEPTH_BITS: u32 = 19u;
 const SCALAR_BITS: u32 = 24u;
 const VALUE_BITS: u32 = 30u;
@@ -44,9 +45,14 @@ fn vertex_of(id: u32) -> vec4i {
     return bitcast<vec4i>(textureLoad(vertices, texel_of(id), 0));
 }
 
+// The center of a pixel.
+fn center_of(place: vec2i) -> vec2i {
+    return (place << vec2u(PLACE_BITS)) + vec2i(1 << (PLACE_BITS - 1u));
+}
+
 // The first voxel whose center is not less than `coordinate`: ⌈c − 1/2⌉.
 fn first_voxel(coordinate: vec3i) -> vec3i {
-    return (coordinate + vec3i(127)) >> vec3u(PLACE_BITS);
+    return (coordinate + vec3i((1 << (PLACE_BITS - 1u)) - 1)) >> vec3u(PLACE_BITS);
 }
 
 // The voxels between the least and the greatest corner, moved by the offset.
@@ -58,7 +64,9 @@ struct Box {
 
 fn box_of(least: vec3i, greatest: vec3i) -> Box {
     // Before anything is added: what is far away may be at the ends of integers.
-    let is_near = all(greatest >= vec3i(-128)) && all(least <= work.dims * 256 + 128);
+    let half = vec3i(1 << (PLACE_BITS - 1u));
+    let ends = work.dims << vec3u(PLACE_BITS);
+    let is_near = all(greatest >= -half) && all(least <= ends + half);
     let begin = select(vec3i(0), least, is_near) + work.offset;
     let end = select(vec3i(0), greatest, is_near) + work.offset;
     let low = max(first_voxel(begin), vec3i(0, 0, work.first));

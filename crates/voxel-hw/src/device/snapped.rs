@@ -5,7 +5,8 @@ use tetrascope_core::mesh::Association;
 use tetrascope_core::{Error, TetMesh, is_value};
 
 use crate::face::Number;
-use crate::options::{Arithmetic, Cells};
+use crate::fixed::{DEPTH_BITS, PLACE_BITS};
+use crate::options::{Arithmetic, Cells, VoxelizerOptions};
 use crate::source::{Reach, ToVoxels, for_each_cell, reach, relative};
 use crate::space::Space;
 
@@ -38,17 +39,24 @@ impl Snapped {
     /// them.
     pub(crate) fn new(
         mesh: &TetMesh,
-        cells: Cells,
+        options: &VoxelizerOptions,
         space: &Space,
         range: (f64, f64),
     ) -> Result<Snapped, Error> {
-        match cells {
-            Cells::Tetrahedra => Snapped::of_tetrahedra(mesh, space, range),
+        match options.cells {
+            Cells::Tetrahedra => {
+                Snapped::of_tetrahedra(mesh, place_bits(options.arithmetic), space, range)
+            }
             Cells::AsGiven => Snapped::of_polyhedra(mesh, space, range),
         }
     }
 
-    fn of_tetrahedra(mesh: &TetMesh, space: &Space, range: (f64, f64)) -> Result<Snapped, Error> {
+    fn of_tetrahedra(
+        mesh: &TetMesh,
+        bits: u32,
+        space: &Space,
+        range: (f64, f64),
+    ) -> Result<Snapped, Error> {
         let (to_voxels, dims) = (ToVoxels::new(&space.turned()), space.dims());
         let points = mesh.points();
         let places: Vec<DVec3> = points.iter().map(|p| to_voxels.place(*p)).collect();
@@ -67,7 +75,7 @@ impl Snapped {
                 true => snapped_scalar(values[index], range),
                 false => 0,
             };
-            vertex(*place, scalar)
+            vertex(*place, bits, scalar)
         });
         let cell_scalars = match of_points {
             true => Vec::new(),
@@ -104,8 +112,9 @@ impl Snapped {
             }
             let first = made.vertices.len() as u32;
             let pairs = corners.iter().zip(&cell.scalars);
-            made.vertices
-                .extend(pairs.map(|(place, s)| vertex(*place, snapped_scalar(*s, range))));
+            made.vertices.extend(
+                pairs.map(|(place, s)| vertex(*place, PLACE_BITS, snapped_scalar(*s, range))),
+            );
             let orientation = i32::from(cell.orientation) as u32;
             let (at, count) = (made.triangles.len() as u32, cell.faces.len() as u32);
             made.polyhedra.push([at, count, orientation, 0]);
@@ -128,10 +137,26 @@ impl Snapped {
     }
 }
 
-/// What is not a number or too far away for an integer is of no cell that is near.
-fn vertex(place: DVec3, scalar: i32) -> [i32; 4] {
-    let corner = i32::corner(place, 0.0);
-    [corner.x, corner.y, corner.z, scalar]
+/// Bits of a place in a voxel: with floats as many as depths have, which 32 bits hold for a cell that
+/// is near ([`fixed`](crate::fixed)).
+pub(crate) fn place_bits(arithmetic: Arithmetic) -> u32 {
+    match arithmetic {
+        Arithmetic::FixedPoint => PLACE_BITS,
+        Arithmetic::Float => DEPTH_BITS,
+    }
+}
+
+/// A place in parts of a voxel. What is not a number or too far away for an integer is of no cell that
+/// is near.
+pub(crate) fn parts(place: DVec3, bits: u32) -> [i32; 3] {
+    place
+        .to_array()
+        .map(|c| (c * f64::from(1 << bits)).round() as i32)
+}
+
+fn vertex(place: DVec3, bits: u32, scalar: i32) -> [i32; 4] {
+    let [x, y, z] = parts(place, bits);
+    [x, y, z, scalar]
 }
 
 fn snapped_scalar(scalar: f64, range: (f64, f64)) -> i32 {

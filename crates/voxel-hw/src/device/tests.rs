@@ -242,3 +242,56 @@ fn cells_of_every_kind_are_told_apart() {
     assert!(counts.degenerate > 9 && counts.inverted > 3, "{counts:?}");
     assert_same(&gpu, &mesh, &place, VoxelizerOptions::default());
 }
+
+/// Scalars to 10⁻⁶ of the range. Which voxels are in the mesh may differ where a center is on a face but
+/// for what floats round: 10⁻⁶ voxels or so, so of turned meshes nowhere; and every one of them is
+/// written.
+#[test]
+fn floats_are_those_of_the_cpu_but_for_rounding() {
+    let Some(gpu) = gpu("floats_are_those_of_the_cpu_but_for_rounding") else {
+        return;
+    };
+    let cubes = mesh(kuhn(5, DVec3::ZERO, DVec3::ONE, |_| true), field);
+    for (turned, flipped, first_voxel, samples) in [
+        (true, false, FirstVoxel::Interpolated, 1),
+        (true, true, FirstVoxel::Interpolated, 2),
+        (true, false, FirstVoxel::Rounded, 1),
+    ] {
+        // No center on a face.
+        let place = lattice(
+            [20, 23, 19],
+            DVec3::new(0.503, 0.501, 0.5017),
+            0.06,
+            turned,
+            flipped,
+        );
+        let options = VoxelizerOptions {
+            arithmetic: Arithmetic::Float,
+            columns: Columns::Longest,
+            first_voxel,
+            offsets: Offsets::Regular(samples),
+            ..VoxelizerOptions::default()
+        };
+        let voxelizer = Voxelizer::new(options).expect("valid options");
+        let expected = voxelizer.voxelize(&cubes, &place).expect("voxels");
+        let made = DeviceVoxelizer::new(&gpu, &voxelizer, &cubes, &place);
+        let found = made.and_then(|d| d.voxels()).expect("voxels");
+        assert!(found.writes() == expected.writes(), "{options:?}");
+        let (low, high) = expected.scalar_range();
+        let count = expected.writes().len();
+        let errors = (0..count).filter_map(|i| Some(found.scalar(i)? - expected.scalar(i)?));
+        let worst = errors.fold(0.0, |worst: f64, e| worst.max(e.abs())) / (high - low);
+        eprintln!("{worst:e}");
+        assert!(worst < 1e-6, "{worst:e}");
+    }
+    // A lattice that is aligned with the mesh, the worst case for ties: every center once.
+    let place = lattice([20, 20, 20], DVec3::splat(0.5), 0.05, false, false);
+    let voxelizer = Voxelizer::new(VoxelizerOptions {
+        arithmetic: Arithmetic::Float,
+        ..VoxelizerOptions::default()
+    });
+    let voxelizer = voxelizer.expect("valid options");
+    let made = DeviceVoxelizer::new(&gpu, &voxelizer, &cubes, &place);
+    let found = made.and_then(|d| d.voxels()).expect("voxels");
+    assert!(found.writes().iter().all(|writes| *writes == 1));
+}

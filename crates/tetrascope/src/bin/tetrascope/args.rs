@@ -19,7 +19,7 @@ use tetrascope::resampling::Dims;
 #[cfg(feature = "voxel-hw")]
 use tetrascope::voxel_hw::machine::MachineConfig;
 #[cfg(feature = "voxel-hw")]
-use tetrascope::voxel_hw::{Arithmetic, FirstVoxel};
+use tetrascope::voxel_hw::{Arithmetic, Columns, FirstVoxel};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -304,10 +304,16 @@ pub(crate) struct VoxelArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) samples: u32,
     /// The numbers: published fixed point, or 64-bit floats
-    #[arg(long, value_name = "HOW", value_parser = arithmetics(), default_value = "fixed-point")]
+    #[arg(long, value_name = "HOW", value_parser = choice(&Arithmetic::ALL), default_value = "fixed-point")]
     pub(crate) arithmetic: Arithmetic,
+    /// Voxelize the cells of the file as they are, not their tetrahedra
+    #[arg(long)]
+    pub(crate) as_given: bool,
+    /// The axis along which columns of voxels run: z as published, or the longest
+    #[arg(long, value_name = "AXIS", value_parser = choice(&Columns::ALL), default_value = "z")]
+    pub(crate) columns: Columns,
     /// The first voxel of a column: rounded as published, or interpolated
-    #[arg(long, value_name = "HOW", value_parser = first_voxels(), default_value = "interpolated")]
+    #[arg(long, value_name = "HOW", value_parser = choice(&FirstVoxel::ALL), default_value = "interpolated")]
     pub(crate) first_voxel: FirstVoxel,
 }
 
@@ -434,17 +440,12 @@ fn passes() -> impl clap::builder::TypedValueParser<Value = Passes> {
 }
 
 #[cfg(feature = "voxel-hw")]
-fn arithmetics() -> impl clap::builder::TypedValueParser<Value = Arithmetic> {
-    PossibleValuesParser::new(Arithmetic::ALL.map(|(name, _)| name)).map(|name| {
-        let found = Arithmetic::ALL.into_iter().find(|(word, _)| *word == name);
-        found.expect("one of the possible values").1
-    })
-}
-
-#[cfg(feature = "voxel-hw")]
-fn first_voxels() -> impl clap::builder::TypedValueParser<Value = FirstVoxel> {
-    PossibleValuesParser::new(FirstVoxel::ALL.map(|(name, _)| name)).map(|name| {
-        let found = FirstVoxel::ALL.into_iter().find(|(word, _)| *word == name);
+fn choice<T: Copy + Send + Sync + 'static>(
+    all: &'static [(&'static str, T)],
+) -> impl clap::builder::TypedValueParser<Value = T> {
+    let words = all.iter().map(|(name, _)| *name);
+    PossibleValuesParser::new(words).map(|name| {
+        let found = all.iter().find(|(word, _)| *word == name);
         found.expect("one of the possible values").1
     })
 }

@@ -8,7 +8,7 @@ use tetrascope::io::{Compression, write_vti};
 use tetrascope::voxel_hw::machine::{
     Load, MachineConfig, Merge, PARAMETERS, Sensitivity, Source, Voxelizing,
 };
-use tetrascope::voxel_hw::{Offsets, VoxelVolume, Voxelizer, VoxelizerOptions, voxels_over};
+use tetrascope::voxel_hw::{Cells, Offsets, VoxelVolume, Voxelizer, VoxelizerOptions, voxels_over};
 
 use crate::args::{MachineArgs, VoxelArgs, VoxelizeArgs};
 use crate::mesh::{load, named};
@@ -190,6 +190,11 @@ fn table(found: &[Sensitivity]) -> Vec<String> {
 fn voxelizer(args: &VoxelArgs) -> Result<Voxelizer, Error> {
     Voxelizer::new(VoxelizerOptions {
         arithmetic: args.arithmetic,
+        cells: match args.as_given {
+            true => Cells::AsGiven,
+            false => Cells::Tetrahedra,
+        },
+        columns: args.columns,
         first_voxel: args.first_voxel,
         offsets: Offsets::Regular(args.samples),
         ..VoxelizerOptions::default()
