@@ -30,10 +30,6 @@ fn variants() -> Vec<(&'static str, VoxelizerOptions, Items)> {
         columns: Columns::Longest,
         ..VoxelizerOptions::default()
     };
-    let sampled = |n| VoxelizerOptions {
-        offsets: Offsets::Regular(n),
-        ..usual
-    };
     vec![
         ("fixed-point", usual, Items::Auto),
         ("pixels", usual, Items::Pixels),
@@ -61,8 +57,14 @@ fn variants() -> Vec<(&'static str, VoxelizerOptions, Items)> {
             },
             Items::Auto,
         ),
-        ("2 samples", sampled(2), Items::Auto),
-        ("3 samples", sampled(3), Items::Auto),
+        (
+            "2 samples",
+            VoxelizerOptions {
+                offsets: Offsets::Regular(2),
+                ..usual
+            },
+            Items::Auto,
+        ),
     ]
 }
 

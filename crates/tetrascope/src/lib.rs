@@ -30,8 +30,9 @@
 //! ```
 //!
 //! # Features
-//! One a renderer: `reference` (CPU), `projection`, `raycast-peel`, `resample` and `slicing` (GPU);
-//! `voxel-hw` makes voxels, and draws none yet; `cli` is the program. Without them this crate reads and describes volumes and draws none.
+//! One a renderer: `reference` (CPU), `projection`, `raycast-peel`, `resample`, `slicing` and
+//! `voxel-hw` (GPU); `cli` is the program. Without them this crate reads and describes volumes and
+//! draws none.
 
 pub use tetrascope_core as core;
 pub use tetrascope_datasets as datasets;

@@ -1,8 +1,8 @@
 //! Voxelization of unstructured grids between two buffers.
 //!
 //! C. E. Prakash and S. Manohar, "Hardware Architecture for Voxelization-based Volume Rendering
-//! of Unstructured Grids", 1995. This is its algorithm on the CPU, in readable form,
-//! and a model of the machine that it proposes.
+//! of Unstructured Grids", 1995. This is its algorithm, on the CPU in readable form and on a graphics
+//! device, a renderer, and a model of the machine that it proposes.
 //!
 //! A cell's front faces are scan converted into one frame- and z-buffer and its back faces into
 //! another; what lies between the two is filled, column by column. Cells come one at a time, in
@@ -20,8 +20,16 @@
 //! 6. [`errors`] measures how far that is from the mesh (§3.1, §5.4).
 //! 7. [`VoxelContext`] takes tetrahedra corner by corner (§5.5).
 //! 8. [`machine`] is a model of the hardware, which makes the same voxels (§5.1 to §5.4).
-//! 9. `stacks` draws a grid of voxels on a device by textured rectangles (§4: [`Stacks`], with the
-//!    feature `gpu`).
+//!
+//! With the feature `gpu` also on a graphics device:
+//!
+//! 9. `device` has the passes ([`DeviceVoxelizer`]). `columns/fill.wgsl` goes through the pixels that a
+//!    cell may cover. `tetrahedra.wgsl` and `polyhedra.wgsl` tell the front from the back faces there,
+//!    `face.wgsl` where they lie, in the 64-bit integers of `wide.wgsl`; `column.wgsl` fills what is
+//!    between them, `put.wgsl` is the accumulation buffer, and `resolve.wgsl` makes a grid of it.
+//!    `tetrahedra_float.wgsl` is the same in floats.
+//! 10. `stacks` draws the grid by textured rectangles ([`Stacks`], §4), or `slicing` does as one
+//!     texture of three dimensions; [`Voxelization`] is the renderer.
 //!
 //! ```
 //! use tetrascope_core::glam::{DMat3, DVec3};
@@ -78,6 +86,13 @@
 //!   would be rounded by themselves, and the faces of a thin cell could cross.
 //! - *A voxel that is written again*, as cells overlap, holds the mean. As published the last one
 //!   stays, which depends on the order of cells.
+//! - *A face at a pixel is computed by itself* on a device, not in increments from the pixel before. In
+//!   fixed point nothing is lost in increments, so both are the same, to the last bit. Two buffers are
+//!   two fragments there, as an invocation has one pixel of one cell at a time.
+//! - *Columns run along the longest axis* where one likes ([`Columns::Longest`]): the fewer pixels, the
+//!   less work.
+//! - *A layer of empty voxels* surrounds what [`Voxelization`] draws, so that the outer half of voxels on
+//!   the border is drawn as well.
 //! - *A voxel is written with its scalar*; the transfer function comes after, unless one asks for
 //!   [`Voxelizer::voxelize_colors`].
 //!
@@ -87,8 +102,57 @@
 //! - In fixed point a vertex is moved by up to 2⁻⁹ voxels along each axis, and keeps its scalar.
 //!   Cells that are thinner than that may turn inside out. They are left out and counted
 //!   ([`Counts::inverted`]); their neighbors, which then overlap, write voxels twice.
+//! - On a device cells are at most [`MOST_SIDE`] voxels wide in floats as well, whose vertices are there
+//!   rounded to 2⁻¹⁹ voxels; cells as they are given have fixed point alone. The transfer function comes
+//!   after the mean.
+//! - A picture's border fades over two voxels, so its error is of order 1.5 in the voxels' size. Greatest
+//!   colors and isosurfaces have no extinction that could fade, and end where a voxel is covered by less
+//!   than a half.
 //! - With [`Arithmetic::Float`] a voxel whose center lies on a face but for rounding may be written
 //!   several times, and is always written in a mesh without gaps.
+//!
+//! # In an application with its own wgpu
+#![cfg_attr(
+    feature = "gpu",
+    doc = r#"
+```no_run
+use tetrascope_core::{Appearance, Error, View, Volume, VolumeRenderer as _};
+use tetrascope_gpu::wgpu;
+use tetrascope_gpu::{Draw as _, Gpu, Target};
+use tetrascope_voxel_hw::{Offsets, Voxelization, VoxelizationOptions, VoxelizerOptions};
+
+/// Voxels of a mesh, with 27 samples each.
+fn prepare(
+    (device, queue): (&wgpu::Device, &wgpu::Queue),
+    mesh: &Volume,
+    appearance: &Appearance,
+) -> Result<Voxelization, Error> {
+    let gpu = Gpu::from_device(device.clone(), queue.clone());
+    let defaults = VoxelizationOptions::default();
+    let options = VoxelizationOptions {
+        voxels: 192,
+        voxelizer: VoxelizerOptions {
+            offsets: Offsets::Regular(3),
+            ..defaults.voxelizer
+        },
+        ..defaults
+    };
+    Voxelization::new(&gpu, mesh, appearance, &options)
+}
+
+/// Every frame; a mesh that has changed first comes in by `renderer.reload(&mesh)`.
+fn draw(
+    renderer: &Voxelization,
+    encoder: &mut wgpu::CommandEncoder,
+    (view, target): (&View, &Target),
+) -> Result<(), Error> {
+    // The application submits; the statistics, which wait for that, are left alone.
+    let _ = renderer.encode(encoder, view, target)?;
+    Ok(())
+}
+```
+"#
+)]
 
 mod options;
 
