@@ -1,4 +1,6 @@
 //! What `compare` found: the numbers as JSON, and one page for people.
+//!
+//! `report.md` describes every field of the JSON.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +13,12 @@ use tetrascope::core::FrameStats;
 use tetrascope_testing::ImageError;
 
 use crate::figures::Measured;
+use crate::metrics::Errors;
 use crate::sweep::{self, Section};
 
-/// The version of the JSON's layout.
-pub const REPORT_VERSION: u32 = 1;
+/// The version of the JSON's layout, which `report.md` describes: it grows when a field goes or
+/// changes its meaning, and not when one is added.
+pub const REPORT_VERSION: u32 = 2;
 
 /// Everything that a run found, and everything that its numbers depend on.
 #[derive(Debug, Serialize)]
@@ -150,7 +154,7 @@ pub enum Outcome {
 #[derive(Debug, Serialize)]
 pub struct Drawn {
     /// Against the truth; `None` for the truth itself.
-    pub error: Option<ImageError>,
+    pub error: Option<Errors>,
     /// From volume and appearance to a renderer that can draw, milliseconds.
     pub prepare_ms: f64,
     /// The median time a frame, milliseconds.
@@ -165,17 +169,72 @@ pub struct Drawn {
     pub stats: FrameStats,
 }
 
-/// A bound on an error, and whether it was kept.
+/// Bounds on an error, and whether both were kept.
 #[derive(Debug, Serialize)]
 pub struct Check {
     /// Scene, model, algorithm and setting.
     pub subject: String,
-    /// The RMSE.
-    pub rmse: f64,
+    /// The RMSE; `None` where there is no truth to compare with.
+    pub rmse: Option<f64>,
     /// What it may be at most.
     pub limit: f64,
-    /// Whether it is.
+    /// The greatest error, without that of pixels that may differ by anything.
+    pub max: Option<f64>,
+    /// What it may be at most.
+    pub max_limit: f64,
+    /// Whether both are.
     pub passed: bool,
+}
+
+impl Check {
+    /// Judges RMSE and greatest error.
+    pub fn new(subject: String, found: (f64, f64), (limit, max_limit): (f64, f64)) -> Check {
+        let (rmse, max) = found;
+        Check {
+            subject,
+            rmse: Some(rmse),
+            limit,
+            max: Some(max),
+            max_limit,
+            passed: rmse <= limit && max <= max_limit,
+        }
+    }
+
+    /// A check that cannot be made, and so fails.
+    pub fn without_truth(subject: String) -> Check {
+        Check {
+            subject,
+            rmse: None,
+            limit: 0.0,
+            max: None,
+            max_limit: 0.0,
+            passed: false,
+        }
+    }
+
+    /// What was found and what is allowed, in words.
+    pub fn found(&self) -> String {
+        match (self.rmse, self.max) {
+            (Some(rmse), Some(max)) => format!(
+                "RMSE {}, at most {} allowed; greatest error {}, at most {} allowed",
+                scientific(rmse),
+                scientific(self.limit),
+                scientific(max),
+                scientific(self.max_limit)
+            ),
+            _ => "no ground truth to compare with".into(),
+        }
+    }
+}
+
+impl ModelReport {
+    /// The truth's numbers, where it was drawn.
+    pub fn truth(&self) -> Option<&Drawn> {
+        self.rows.iter().find_map(|row| match &row.outcome {
+            Outcome::Drawn(drawn) if row.promise == Promise::Truth => Some(&**drawn),
+            _ => None,
+        })
+    }
 }
 
 /// The pictures of a page, by scene, model and row.
@@ -207,7 +266,8 @@ struct Page<'a> {
     /// By scene, then model.
     cards: Vec<Vec<&'a [Card]>>,
     charts: Vec<Option<&'a String>>,
-    misses: Vec<&'a Check>,
+    misses: Vec<[String; 2]>,
+    verdict: String,
     plotted: &'a [String],
     figures: &'a [Measured],
     machine: Option<&'a Section>,
@@ -273,9 +333,19 @@ impl Pictures {
 }
 
 impl Report {
-    /// Whether every bound was kept.
+    /// Whether bounds were checked, and every one was kept.
     pub fn passed(&self) -> bool {
-        self.checks.iter().all(|check| check.passed)
+        !self.checks.is_empty() && self.checks.iter().all(|check| check.passed)
+    }
+
+    /// The same in words.
+    pub fn verdict(&self) -> String {
+        let missed = self.checks.iter().filter(|check| !check.passed).count();
+        match (self.checks.len(), missed) {
+            (0, _) => "nothing was checked: no picture here has a bound to keep".into(),
+            (all, 0) => format!("all {all} bounds kept"),
+            (all, missed) => format!("{missed} of {all} bounds missed"),
+        }
     }
 
     /// The report as JSON.
@@ -308,12 +378,13 @@ impl Report {
         let charts: Vec<Option<&String>> = (0..self.scenes.len())
             .map(|s| pictures.charts.get(&s))
             .collect();
-        let misses: Vec<&Check> = self.checks.iter().filter(|c| !c.passed).collect();
+        let missed = self.checks.iter().filter(|check| !check.passed);
         let page_data = Page {
             report: self,
             cards,
             charts,
-            misses,
+            misses: missed.map(|c| [c.subject.clone(), c.found()]).collect(),
+            verdict: self.verdict(),
             plotted: &pictures.plotted,
             figures: &pictures.figures,
             machine: pictures.machine.as_ref(),
@@ -371,7 +442,7 @@ impl Report {
                             continue;
                         }
                     };
-                    let [rmse, max, psnr] = match drawn.error {
+                    let [rmse, max, psnr] = match drawn.error.as_ref().map(|e| e.image) {
                         Some(e) => [
                             scientific(e.rmse),
                             scientific(e.max),
@@ -506,12 +577,12 @@ pub(crate) mod tests {
     pub(crate) fn report(name: &str) -> Report {
         let error = ImageError {
             rmse: 1.5e-4,
-            max: 2e-3,
+            max: 1e-3,
             psnr: Some(76.5),
             worst_pixel: [1, 2],
         };
-        let drawn = Drawn {
-            error: Some(error),
+        let drawn = |error| Drawn {
+            error,
             prepare_ms: 12.0,
             frame_ms: 3.5,
             frame_range_ms: [3.0, 4.0],
@@ -519,17 +590,29 @@ pub(crate) mod tests {
             wall_ms: 5.0,
             stats: FrameStats::default(),
         };
-        let row = |setting: &str, outcome| Row {
-            algorithm: "projection",
+        let row = |algorithm, setting: &str, outcome| Row {
+            algorithm,
             setting: setting.into(),
             settings: "order=centroid".into(),
             is_default: true,
-            promise: Promise::Exact,
+            promise: match algorithm {
+                "reference" => Promise::Truth,
+                _ => Promise::Exact,
+            },
             outcome,
         };
         let rows = vec![
-            row("order=centroid", Outcome::Drawn(Box::new(drawn))),
-            row("order=exact", Outcome::Skipped("no <adapter>".into())),
+            row("reference", "", Outcome::Drawn(Box::new(drawn(None)))),
+            row(
+                "projection",
+                "order=centroid",
+                Outcome::Drawn(Box::new(drawn(Some(Errors::of(error))))),
+            ),
+            row(
+                "projection",
+                "order=exact",
+                Outcome::Skipped("no <adapter>".into()),
+            ),
         ];
         Report {
             version: REPORT_VERSION,
@@ -572,12 +655,7 @@ pub(crate) mod tests {
                     }],
                 }],
             }],
-            checks: vec![Check {
-                subject: "sphere".into(),
-                rmse: 1.5e-4,
-                limit: 1e-4,
-                passed: false,
-            }],
+            checks: vec![Check::new("sphere".into(), (1.5e-4, 1e-3), (1e-4, 1e-2))],
         }
     }
 
@@ -622,13 +700,13 @@ pub(crate) mod tests {
     fn the_table_has_a_line_a_row_and_says_what_was_skipped() {
         let table = report("sphere").to_table();
         let lines: Vec<_> = table.lines().collect();
-        assert_eq!(lines.len(), 5, "{table}");
+        assert_eq!(lines.len(), 6, "{table}");
         assert!(
-            lines[2].contains("1.50e-4") && lines[2].contains("gpu"),
+            lines[3].contains("1.50e-4") && lines[3].contains("gpu"),
             "{table}"
         );
-        assert!(lines[3].contains("order alone: RMSE 1.50e-4"), "{table}");
-        assert!(lines[4].contains("skipped: no <adapter>"), "{table}");
+        assert!(lines[4].contains("order alone: RMSE 1.50e-4"), "{table}");
+        assert!(lines[5].contains("skipped: no <adapter>"), "{table}");
     }
 
     #[test]
@@ -643,8 +721,43 @@ pub(crate) mod tests {
     fn json_has_the_numbers() {
         let json: serde_json::Value =
             serde_json::from_str(&report("sphere").to_json()).expect("valid JSON");
-        let row = &json["scenes"][0]["models"][0]["rows"][0];
-        assert_eq!(row["outcome"]["drawn"]["error"]["rmse"], 1.5e-4);
+        assert_eq!(json["version"], REPORT_VERSION);
+        let row = &json["scenes"][0]["models"][0]["rows"][1];
+        let error = &row["outcome"]["drawn"]["error"];
+        assert_eq!(
+            (&error["rmse"], &error["worst_pixel"]),
+            (&1.5e-4.into(), &[1, 2].into())
+        );
+        assert_eq!(error["percentiles"]["p99.9"], 9e-4);
+    }
+
+    /// Every name in `value`, but for those that are data: settings, counts and files.
+    fn names(value: &serde_json::Value, into: &mut Vec<String>) {
+        match value {
+            serde_json::Value::Object(fields) => {
+                for (name, field) in fields {
+                    into.push(name.clone());
+                    if !["counts", "sha256"].contains(&name.as_str()) {
+                        names(field, into);
+                    }
+                }
+            }
+            serde_json::Value::Array(items) => items.iter().for_each(|item| names(item, into)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn every_field_of_the_json_is_described() {
+        let json = serde_json::from_str(&report("sphere").to_json()).expect("valid JSON");
+        let mut found = Vec::new();
+        names(&json, &mut found);
+        assert!(found.len() > 50, "{found:?}");
+        let schema = include_str!("../report.md");
+        for name in found {
+            assert!(schema.contains(&format!("`{name}`")), "{name}");
+        }
+        assert!(schema.contains(&format!("version {REPORT_VERSION}")));
     }
 
     #[test]
