@@ -15,14 +15,13 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use tetrascope::core::{Error, Frame, OpticalModel, Volume, VolumeRenderer};
 use tetrascope::scene::Scene;
-use tetrascope::{Algorithm, Context, Promise, Renderer, Settings};
+use tetrascope::{Algorithm, Context, Renderer, Settings};
 use tetrascope_testing::ImageError;
 
 use crate::limits::{ROUGH_ORDER, limit, outliers, rmse_with_outliers};
 use crate::metrics::{Errors, median};
 use crate::output::{phase, progress, write};
 use crate::picture::{difference_map, png, shown};
-use crate::plot::{self, Series};
 use crate::report::{Check, Drawn, ErrorSource, ModelReport, Outcome, Pictures, Row, SceneReport};
 use crate::{figures, machine, setup, sweep};
 
@@ -76,13 +75,9 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     let context = Context::new();
     let mut report = machine::describe(adapter, options.repeat);
     let mut pictures = Pictures::default();
-    pictures.set_plotted(plan.algorithms.iter().map(|a| a.name.into()).collect());
     let progress = progress(plan.scenes.iter().map(|s| s.models.len() as u64).sum());
     for (index, planned) in plan.scenes.iter().enumerate() {
         let scene = scene(&context, &plan, planned, index, &progress, &mut pictures)?;
-        if let Some(svg) = chart(&scene, &plan.algorithms) {
-            pictures.set_chart(index, svg);
-        }
         report.checks.extend(checks(&scene));
         report.scenes.push(scene);
     }
@@ -383,54 +378,6 @@ fn checks(scene: &SceneReport) -> Vec<Check> {
     checks
 }
 
-/// A setting in few words: "order=per-pixel,table-size=64" as "per-pixel 64". Numbers keep
-/// their names, but for sizes.
-fn words(setting: &str) -> String {
-    let word = |pair: &str| match pair.split_once('=') {
-        Some((name, value)) if name.ends_with("size") || value.parse::<f64>().is_err() => {
-            value.to_owned()
-        }
-        _ => pair.to_owned(),
-    };
-    setting.split(',').map(word).collect::<Vec<_>>().join(" ")
-}
-
-/// Error against time of one scene, a line an algorithm and model.
-fn chart(scene: &SceneReport, algorithms: &[&Algorithm]) -> Option<String> {
-    let mut series = Vec::new();
-    for (m, model) in scene.models.iter().enumerate() {
-        for (a, algorithm) in algorithms.iter().enumerate() {
-            let rows = model
-                .rows
-                .iter()
-                .filter(|row| row.algorithm == algorithm.name);
-            let points = rows.filter_map(|row| match &row.outcome {
-                Outcome::Drawn(drawn) => {
-                    let error = drawn.error.as_ref()?;
-                    Some((drawn.frame_ms, error.image.rmse, words(&row.setting)))
-                }
-                Outcome::Skipped(_) => None,
-            });
-            series.push(Series {
-                algorithm: a,
-                model: m,
-                points: points.collect(),
-            });
-        }
-    }
-    let truth = scene.models.first().and_then(|model| {
-        let row = model
-            .rows
-            .iter()
-            .find(|row| row.promise == Promise::Truth)?;
-        match &row.outcome {
-            Outcome::Drawn(drawn) => Some(drawn.frame_ms),
-            Outcome::Skipped(_) => None,
-        }
-    });
-    plot::error_against_time(&series, truth, (720, 400))
-}
-
 fn milliseconds(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
@@ -439,6 +386,7 @@ fn milliseconds(duration: Duration) -> f64 {
 mod tests {
     use super::*;
     use crate::metrics::tests::frame;
+    use tetrascope::Promise;
 
     /// The checks of one row whose RMSE is 1.5e-4, in emission and absorption.
     fn checks_of(promise: Promise, convex: bool) -> Vec<Check> {

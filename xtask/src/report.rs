@@ -12,6 +12,7 @@ use tetrascope::Promise;
 use tetrascope::core::FrameStats;
 use tetrascope_testing::ImageError;
 
+use crate::diagrams::Diagrams;
 use crate::figures::Measured;
 use crate::metrics::Errors;
 use crate::sweep::{self, Section};
@@ -242,9 +243,6 @@ impl ModelReport {
 pub struct Pictures {
     /// PNG files as `data:` addresses.
     cards: BTreeMap<(usize, usize), Vec<Card>>,
-    charts: BTreeMap<usize, String>,
-    /// The algorithms in the charts, in the order of their markers.
-    plotted: Vec<String>,
     figures: Vec<Measured>,
     machine: Option<Section>,
 }
@@ -265,14 +263,12 @@ struct Page<'a> {
     report: &'a Report,
     /// By scene, then model.
     cards: Vec<Vec<&'a [Card]>>,
-    charts: Vec<Option<&'a String>>,
+    diagrams: Vec<Option<Diagrams>>,
     misses: Vec<[String; 2]>,
     verdict: String,
-    plotted: &'a [String],
     figures: &'a [Measured],
     machine: Option<&'a Section>,
     legend_models: [&'static str; 5],
-    legend_markers: [&'static str; 4],
 }
 
 impl Pictures {
@@ -292,16 +288,6 @@ impl Pictures {
     ) {
         let end = map.map(|(_, end)| scientific(end));
         self.card(place, title, caption, map.map(|(png, _)| png), end);
-    }
-
-    /// Sets the chart of a scene, an SVG.
-    pub fn set_chart(&mut self, scene: usize, svg: String) {
-        self.charts.insert(scene, svg);
-    }
-
-    /// Names the algorithms in the charts, in the order of their markers.
-    pub fn set_plotted(&mut self, algorithms: Vec<String>) {
-        self.plotted = algorithms;
     }
 
     /// Adds figures of a paper that were measured before.
@@ -375,21 +361,16 @@ impl Report {
                 (0..scene.models.len()).map(of).collect()
             })
             .collect();
-        let charts: Vec<Option<&String>> = (0..self.scenes.len())
-            .map(|s| pictures.charts.get(&s))
-            .collect();
         let missed = self.checks.iter().filter(|check| !check.passed);
         let page_data = Page {
             report: self,
             cards,
-            charts,
+            diagrams: self.scenes.iter().map(Diagrams::of).collect(),
             misses: missed.map(|c| [c.subject.clone(), c.found()]).collect(),
             verdict: self.verdict(),
-            plotted: &pictures.plotted,
             figures: &pictures.figures,
             machine: pictures.machine.as_ref(),
             legend_models: crate::plot::COLORS,
-            legend_markers: crate::plot::MARKERS,
         };
         page.render(Serde(&page_data))
             .expect("the template fits the report")
