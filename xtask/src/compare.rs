@@ -18,10 +18,11 @@ use tetrascope::scene::Scene;
 use tetrascope::{Algorithm, Context, Renderer, Settings};
 use tetrascope_testing::ImageError;
 
+use crate::diagrams::words;
 use crate::limits::{ROUGH_ORDER, limit, outliers, rmse_with_outliers};
 use crate::metrics::{Errors, median};
 use crate::output::{phase, progress, write};
-use crate::picture::{difference_map, png, shown};
+use crate::picture::{difference_map, shown};
 use crate::report::{Check, Drawn, ErrorSource, ModelReport, Outcome, Pictures, Row, SceneReport};
 use crate::{figures, machine, setup, sweep};
 
@@ -328,19 +329,26 @@ fn truth_of(contenders: &[Contender]) -> Option<(String, &Frame)> {
     Some((truth.algorithm.name.into(), truth.frame.as_ref()?))
 }
 
-/// The pictures: truth, then each contender and its difference.
+/// The pictures: the truth, then each algorithm with its defaults, or with the first setting that
+/// draws, and the difference. Others are told apart by their numbers.
 fn show(contenders: &[Contender], place: (usize, usize), pictures: &mut Pictures) {
     let truth = truth_of(contenders).map(|(_, frame)| frame);
-    for contender in contenders {
-        let Some(frame) = &contender.frame else {
+    for settings in contenders.chunk_by(|a, b| a.algorithm.name == b.algorithm.name) {
+        let drawn = || settings.iter().filter(|c| c.frame.is_some());
+        let Some(contender) = drawn().find(|c| c.is_default()).or(drawn().next()) else {
             continue;
         };
+        let frame = contender.frame.as_ref().expect("filtered above");
         let name = contender.algorithm.name;
-        pictures.add(place, name, contender.setting, &png(&shown(frame)));
-        if let (Some(truth), false) = (truth, contender.algorithm.is_truth()) {
-            let map = difference_map(truth, frame).map(|(map, end)| (png(&map), end));
-            let map = map.as_ref().map(|(png, end)| (png.as_slice(), *end));
-            pictures.add_difference(place, "difference", contender.setting, map);
+        if contender.algorithm.is_truth() {
+            pictures.add(place, name, "the ground truth", shown(frame));
+            continue;
+        }
+        let caption = words(contender.setting);
+        pictures.add(place, name, &caption, shown(frame));
+        if let Some(truth) = truth {
+            let map = difference_map(truth, frame);
+            pictures.add_difference(place, &format!("{name}: difference"), &caption, map);
         }
     }
 }
