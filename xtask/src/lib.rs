@@ -1,18 +1,21 @@
 //! The harness: everything that needs more than one crate.
 //!
 //! [`compare`] draws scenes with every algorithm and judges them by [`metrics`];
-//! [`report`] writes what came out, with [`plot`]s, [`picture`]s and the [`figures`] that
+//! [`report`] writes what came out, with the [`answer`], [`diagrams`] of [`panel`]s, [`picture`]s and the [`figures`] that
 //! a benchmark has measured; [`sweep`] runs the model of a machine, and [`voxel_figures`] draws its
 //! paper's figures again; [`setup`] gets a machine ready to draw; [`testing`] is what the tests
 //! here share.
 #![cfg(feature = "harness")]
 
+pub mod answer;
 pub mod compare;
+pub mod diagrams;
 pub mod figures;
 pub mod limits;
 pub mod machine;
 pub mod metrics;
 mod output;
+pub mod panel;
 pub mod picture;
 pub mod plot;
 pub mod report;

@@ -3,7 +3,7 @@
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{Rgba, RgbaImage};
 use tetrascope::core::Frame;
-use tetrascope::core::colormap::{Colormap, linear_to_srgb};
+use tetrascope::core::colormap::{Colormap, linear_to_srgb, srgb_to_linear};
 use tetrascope_testing::apart;
 
 /// The color map of differences: black is none, pale yellow the scale's end.
@@ -67,6 +67,49 @@ pub fn round_up(x: f64) -> f64 {
     fits.unwrap_or(10.0 * decade)
 }
 
+/// A picture `factor` times smaller: the mean of each box of pixels, as light and by its alpha.
+pub fn mean_of_boxes(image: &RgbaImage, factor: u32) -> RgbaImage {
+    boxes(image, factor, |pixels| {
+        let mut sum = [0.0; 4];
+        for Rgba([r, g, b, alpha]) in pixels {
+            let alpha = f64::from(*alpha) / 255.0;
+            for (sum, c) in sum.iter_mut().zip([r, g, b]) {
+                *sum += alpha * srgb_to_linear(f64::from(*c) / 255.0);
+            }
+            sum[3] += alpha;
+        }
+        let byte = |x: f64| (x.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let color = |c: usize| byte(linear_to_srgb((sum[c] / sum[3].max(1e-12)).clamp(0.0, 1.0)));
+        let alpha = byte(sum[3] / pixels.len() as f64);
+        Rgba([color(0), color(1), color(2), alpha])
+    })
+}
+
+/// A picture of differences `factor` times smaller: the brightest of each box of pixels, which is
+/// its greatest difference, so that one wrong pixel stays in sight.
+pub fn brightest_of_boxes(image: &RgbaImage, factor: u32) -> RgbaImage {
+    // Rec. 709's weights of luminance, which grows along the color map.
+    let luminance = |Rgba([r, g, b, _]): &Rgba<u8>| {
+        2126 * u32::from(*r) + 7152 * u32::from(*g) + 722 * u32::from(*b)
+    };
+    boxes(image, factor, |pixels| {
+        let brightest = pixels.iter().max_by_key(|pixel| luminance(pixel));
+        *brightest.expect("a box has a pixel")
+    })
+}
+
+/// One pixel for each box of `factor` pixels a side; boxes at the right and at the foot may be cut.
+fn boxes(image: &RgbaImage, factor: u32, pixel: impl Fn(&[Rgba<u8>]) -> Rgba<u8>) -> RgbaImage {
+    let (width, height) = image.dimensions();
+    RgbaImage::from_fn(width.div_ceil(factor), height.div_ceil(factor), |x, y| {
+        let end = |start: u32, side: u32| (start + factor).min(side);
+        let (left, top) = (x * factor, y * factor);
+        let rows = top..end(top, height);
+        let all = rows.flat_map(|y| (left..end(left, width)).map(move |x| *image.get_pixel(x, y)));
+        pixel(&all.collect::<Vec<_>>())
+    })
+}
+
 /// Images in a row, a few gray pixels between them.
 pub fn side_by_side(images: &[&RgbaImage]) -> RgbaImage {
     const GAP: u32 = 8;
@@ -121,6 +164,29 @@ mod tests {
 
     fn one(pixel: [f32; 4]) -> Frame {
         Frame::new((1, 1), vec![pixel], FrameStats::default())
+    }
+
+    #[test]
+    fn smaller_pictures_are_means_of_light() {
+        // Three columns: half of the first box is clear, the second box is cut.
+        let mut image = RgbaImage::from_pixel(3, 2, Rgba([255, 0, 100, 255]));
+        image.put_pixel(1, 0, Rgba([9, 9, 9, 0]));
+        image.put_pixel(1, 1, Rgba([0, 0, 100, 255]));
+        let small = mean_of_boxes(&image, 2);
+        assert_eq!(small.dimensions(), (2, 1));
+        // Two of three are white in red: 2/3 of the light is 212.9 in sRGB. 3/4 of 255 is 191.25.
+        assert_eq!(small.get_pixel(0, 0).0, [213, 0, 100, 191]);
+        assert_eq!(small.get_pixel(1, 0).0, [255, 0, 100, 255]);
+        assert_eq!(mean_of_boxes(&small, 1), small);
+    }
+
+    #[test]
+    fn one_wrong_pixel_stays_in_smaller_differences() {
+        let mut image = RgbaImage::from_pixel(4, 4, Rgba([0, 0, 4, 255]));
+        image.put_pixel(3, 2, Rgba([187, 55, 84, 255]));
+        let small = brightest_of_boxes(&image, 2);
+        assert_eq!(small.get_pixel(1, 1).0, [187, 55, 84, 255]);
+        assert_eq!(small.get_pixel(0, 0).0, [0, 0, 4, 255]);
     }
 
     #[test]

@@ -1,8 +1,11 @@
 //! What `compare` found: the numbers as JSON, and one page for people.
+//!
+//! `report.md` describes every field of the JSON.
 
 use std::collections::BTreeMap;
 
 use base64::Engine as _;
+use image::RgbaImage;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
@@ -10,11 +13,16 @@ use tetrascope::Promise;
 use tetrascope::core::FrameStats;
 use tetrascope_testing::ImageError;
 
+use crate::answer::Answer;
+use crate::diagrams::Diagrams;
 use crate::figures::Measured;
+use crate::metrics::Errors;
+use crate::picture::{brightest_of_boxes, mean_of_boxes, png};
 use crate::sweep::{self, Section};
 
-/// The version of the JSON's layout.
-pub const REPORT_VERSION: u32 = 1;
+/// The version of the JSON's layout, which `report.md` describes: it grows when a field goes or
+/// changes its meaning, and not when one is added.
+pub const REPORT_VERSION: u32 = 2;
 
 /// Everything that a run found, and everything that its numbers depend on.
 #[derive(Debug, Serialize)]
@@ -150,7 +158,7 @@ pub enum Outcome {
 #[derive(Debug, Serialize)]
 pub struct Drawn {
     /// Against the truth; `None` for the truth itself.
-    pub error: Option<ImageError>,
+    pub error: Option<Errors>,
     /// From volume and appearance to a renderer that can draw, milliseconds.
     pub prepare_ms: f64,
     /// The median time a frame, milliseconds.
@@ -165,39 +173,143 @@ pub struct Drawn {
     pub stats: FrameStats,
 }
 
-/// A bound on an error, and whether it was kept.
+/// Bounds on an error, and whether both were kept.
 #[derive(Debug, Serialize)]
 pub struct Check {
     /// Scene, model, algorithm and setting.
     pub subject: String,
-    /// The RMSE.
-    pub rmse: f64,
+    /// The RMSE; `None` where there is no truth to compare with.
+    pub rmse: Option<f64>,
     /// What it may be at most.
     pub limit: f64,
-    /// Whether it is.
+    /// The greatest error, without that of pixels that may differ by anything.
+    pub max: Option<f64>,
+    /// What it may be at most.
+    pub max_limit: f64,
+    /// Whether both are.
     pub passed: bool,
 }
 
-/// The pictures of a page, by scene, model and row.
+impl Check {
+    /// Judges RMSE and greatest error.
+    pub fn new(subject: String, found: (f64, f64), (limit, max_limit): (f64, f64)) -> Check {
+        let (rmse, max) = found;
+        Check {
+            subject,
+            rmse: Some(rmse),
+            limit,
+            max: Some(max),
+            max_limit,
+            passed: rmse <= limit && max <= max_limit,
+        }
+    }
+
+    /// A check that cannot be made, and so fails.
+    pub fn without_truth(subject: String) -> Check {
+        Check {
+            subject,
+            rmse: None,
+            limit: 0.0,
+            max: None,
+            max_limit: 0.0,
+            passed: false,
+        }
+    }
+
+    /// What was found and what is allowed, in words.
+    pub fn found(&self) -> String {
+        match (self.rmse, self.max) {
+            (Some(rmse), Some(max)) => format!(
+                "RMSE {}, at most {} allowed; greatest error {}, at most {} allowed",
+                scientific(rmse),
+                scientific(self.limit),
+                scientific(max),
+                scientific(self.max_limit)
+            ),
+            _ => "no ground truth to compare with".into(),
+        }
+    }
+}
+
+impl ModelReport {
+    /// The truth's numbers, where it was drawn.
+    pub fn truth(&self) -> Option<&Drawn> {
+        self.rows.iter().find_map(|row| match &row.outcome {
+            Outcome::Drawn(drawn) if row.promise == Promise::Truth => Some(&**drawn),
+            _ => None,
+        })
+    }
+}
+
+/// The pictures of a page, by scene and model.
 #[derive(Default)]
 pub struct Pictures {
-    /// PNG files as `data:` addresses.
     cards: BTreeMap<(usize, usize), Vec<Card>>,
-    charts: BTreeMap<usize, String>,
-    /// The algorithms in the charts, in the order of their markers.
-    plotted: Vec<String>,
     figures: Vec<Measured>,
     machine: Option<Section>,
 }
 
-/// A picture on the page.
-#[derive(Serialize)]
+/// A picture for the page.
 struct Card {
     title: String,
     caption: String,
+    image: Option<RgbaImage>,
+    /// A difference picture's end of scale.
+    scale_end: Option<String>,
+}
+
+/// A picture on the page.
+#[derive(Serialize)]
+struct ShownCard<'a> {
+    title: &'a str,
+    caption: &'a str,
+    /// A PNG file as a `data:` address.
     image: Option<String>,
     /// A difference picture's scale, "0 to 2e-5".
-    scale_end: Option<String>,
+    scale_end: Option<&'a str>,
+}
+
+/// Bytes that all pictures of a page may take, so that it stays below 4 MB.
+const PICTURE_BYTES: usize = 2_800_000;
+
+/// The least side of a picture on the page in pixels: what is smaller shows nothing.
+const LEAST_SIDE: u32 = 32;
+
+/// What an algorithm does not draw, and why.
+#[derive(Debug, PartialEq, Serialize)]
+struct Skipped {
+    algorithm: &'static str,
+    /// Settings that are not drawn, and all.
+    settings: [usize; 2],
+    reasons: String,
+}
+
+/// One for each algorithm that does not draw all of its settings in `models`.
+fn skipped<'a>(models: impl Iterator<Item = &'a ModelReport>) -> Vec<Skipped> {
+    let mut found: Vec<(&'static str, [usize; 2], Vec<&str>)> = Vec::new();
+    for row in models.flat_map(|model| &model.rows) {
+        let known = found.iter().position(|one| one.0 == row.algorithm);
+        let index = known.unwrap_or_else(|| {
+            found.push((row.algorithm, [0, 0], Vec::new()));
+            found.len() - 1
+        });
+        let (_, settings, reasons) = &mut found[index];
+        settings[1] += 1;
+        if let Outcome::Skipped(why) = &row.outcome {
+            settings[0] += 1;
+            if !reasons.contains(&why.as_str()) {
+                reasons.push(why);
+            }
+        }
+    }
+    let found = found.into_iter().filter(|(_, settings, _)| settings[0] > 0);
+    found
+        .map(|(algorithm, settings, reasons)| Skipped {
+            algorithm,
+            settings,
+            reasons: reasons.join("; "),
+        })
+        .collect()
 }
 
 /// What the template sees.
@@ -205,20 +317,22 @@ struct Card {
 struct Page<'a> {
     report: &'a Report,
     /// By scene, then model.
-    cards: Vec<Vec<&'a [Card]>>,
-    charts: Vec<Option<&'a String>>,
-    misses: Vec<&'a Check>,
-    plotted: &'a [String],
+    cards: Vec<Vec<Vec<ShownCard<'a>>>>,
+    /// By scene, then model.
+    skipped: Vec<Vec<Vec<Skipped>>>,
+    answer: Option<Answer>,
+    diagrams: Vec<Option<Diagrams>>,
+    misses: Vec<[String; 2]>,
+    verdict: String,
     figures: &'a [Measured],
     machine: Option<&'a Section>,
     legend_models: [&'static str; 5],
-    legend_markers: [&'static str; 4],
 }
 
 impl Pictures {
-    /// Adds a frame (a PNG file) to scene and model.
-    pub fn add(&mut self, place: (usize, usize), title: &str, caption: &str, png: &[u8]) {
-        self.card(place, title, caption, Some(png), None);
+    /// Adds a frame to scene and model.
+    pub fn add(&mut self, place: (usize, usize), title: &str, caption: &str, image: RgbaImage) {
+        self.card(place, title, caption, Some(image), None);
     }
 
     /// Adds a difference picture and the value at the end of its color scale;
@@ -228,20 +342,10 @@ impl Pictures {
         place: (usize, usize),
         title: &str,
         caption: &str,
-        map: Option<(&[u8], f64)>,
+        map: Option<(RgbaImage, f64)>,
     ) {
-        let end = map.map(|(_, end)| scientific(end));
-        self.card(place, title, caption, map.map(|(png, _)| png), end);
-    }
-
-    /// Sets the chart of a scene, an SVG.
-    pub fn set_chart(&mut self, scene: usize, svg: String) {
-        self.charts.insert(scene, svg);
-    }
-
-    /// Names the algorithms in the charts, in the order of their markers.
-    pub fn set_plotted(&mut self, algorithms: Vec<String>) {
-        self.plotted = algorithms;
+        let (image, end) = map.unzip();
+        self.card(place, title, caption, image, end.map(scientific));
     }
 
     /// Adds figures of a paper that were measured before.
@@ -259,23 +363,81 @@ impl Pictures {
         place: (usize, usize),
         title: &str,
         caption: &str,
-        png: Option<&[u8]>,
+        image: Option<RgbaImage>,
         scale_end: Option<String>,
     ) {
-        let base64 = base64::engine::general_purpose::STANDARD;
         self.cards.entry(place).or_default().push(Card {
             title: title.into(),
             caption: caption.into(),
-            image: png.map(|png| format!("data:image/png;base64,{}", base64.encode(png))),
+            image,
             scale_end,
         });
+    }
+
+    /// All pictures, made smaller where they would take more than [`PICTURE_BYTES`].
+    fn shown(&self) -> BTreeMap<(usize, usize), Vec<ShownCard<'_>>> {
+        let images = || {
+            self.cards
+                .values()
+                .flatten()
+                .filter_map(|c| c.image.as_ref())
+        };
+        let side = images()
+            .map(|image| image.width().max(image.height()))
+            .max();
+        let mut factor = 1;
+        loop {
+            let shown: BTreeMap<_, Vec<ShownCard>> = self
+                .cards
+                .iter()
+                .map(|(place, cards)| (*place, cards.iter().map(|c| c.shown(factor)).collect()))
+                .collect();
+            let cards = shown.values().flatten();
+            let bytes: usize = cards.filter_map(|c| Some(c.image.as_ref()?.len())).sum();
+            if bytes <= PICTURE_BYTES || side.unwrap_or(0) / (factor + 1) < LEAST_SIDE {
+                return shown;
+            }
+            factor += 1;
+        }
+    }
+}
+
+impl Card {
+    /// The picture, `factor` times smaller.
+    fn shown(&self, factor: u32) -> ShownCard<'_> {
+        let base64 = base64::engine::general_purpose::STANDARD;
+        let is_difference = self.scale_end.is_some();
+        let address = |image: &RgbaImage| {
+            let small = match is_difference {
+                _ if factor == 1 => image.clone(),
+                true => brightest_of_boxes(image, factor),
+                false => mean_of_boxes(image, factor),
+            };
+            format!("data:image/png;base64,{}", base64.encode(png(&small)))
+        };
+        ShownCard {
+            title: &self.title,
+            caption: &self.caption,
+            image: self.image.as_ref().map(address),
+            scale_end: self.scale_end.as_deref(),
+        }
     }
 }
 
 impl Report {
-    /// Whether every bound was kept.
+    /// Whether bounds were checked, and every one was kept.
     pub fn passed(&self) -> bool {
-        self.checks.iter().all(|check| check.passed)
+        !self.checks.is_empty() && self.checks.iter().all(|check| check.passed)
+    }
+
+    /// The same in words.
+    pub fn verdict(&self) -> String {
+        let missed = self.checks.iter().filter(|check| !check.passed).count();
+        match (self.checks.len(), missed) {
+            (0, _) => "nothing was checked: no picture here has a bound to keep".into(),
+            (all, 0) => format!("all {all} bounds kept"),
+            (all, missed) => format!("{missed} of {all} bounds missed"),
+        }
     }
 
     /// The report as JSON.
@@ -296,29 +458,30 @@ impl Report {
             .add_template("index.html", include_str!("template.html"))
             .expect("the template is valid");
         let page = environment.get_template("index.html").expect("added above");
-        let cards: Vec<Vec<&[Card]>> = self
-            .scenes
-            .iter()
-            .enumerate()
-            .map(|(s, scene)| {
-                let of = |m| pictures.cards.get(&(s, m)).map_or(&[][..], Vec::as_slice);
-                (0..scene.models.len()).map(of).collect()
-            })
-            .collect();
-        let charts: Vec<Option<&String>> = (0..self.scenes.len())
-            .map(|s| pictures.charts.get(&s))
-            .collect();
-        let misses: Vec<&Check> = self.checks.iter().filter(|c| !c.passed).collect();
+        let mut shown = pictures.shown();
+        let scenes = self.scenes.iter().enumerate();
+        let cards = scenes.map(|(s, scene)| {
+            let models = 0..scene.models.len();
+            let of = models.map(|m| shown.remove(&(s, m)).unwrap_or_default());
+            of.collect()
+        });
+        let cards = cards.collect();
+        let not_drawn = |scene: &SceneReport| {
+            let models = scene.models.iter();
+            models.map(|model| skipped([model].into_iter())).collect()
+        };
+        let missed = self.checks.iter().filter(|check| !check.passed);
         let page_data = Page {
             report: self,
             cards,
-            charts,
-            misses,
-            plotted: &pictures.plotted,
+            skipped: self.scenes.iter().map(not_drawn).collect(),
+            answer: Answer::of(self),
+            diagrams: self.scenes.iter().map(Diagrams::of).collect(),
+            misses: missed.map(|c| [c.subject.clone(), c.found()]).collect(),
+            verdict: self.verdict(),
             figures: &pictures.figures,
             machine: pictures.machine.as_ref(),
             legend_models: crate::plot::COLORS,
-            legend_markers: crate::plot::MARKERS,
         };
         page.render(Serde(&page_data))
             .expect("the template fits the report")
@@ -343,7 +506,6 @@ impl Report {
             .map(String::from),
         ];
         let mut breaks = Vec::new();
-        let mut skipped = Vec::new();
         for scene in &self.scenes {
             breaks.push(rows.len());
             for model in &scene.models {
@@ -361,17 +523,9 @@ impl Report {
                     ];
                     let drawn = match &row.outcome {
                         Outcome::Drawn(drawn) => drawn,
-                        Outcome::Skipped(why) => {
-                            let (scene, algorithm) = (&scene.name, row.algorithm);
-                            let line = format!("{scene} {algorithm}: skipped: {why}");
-                            // Once, not for each setting and model.
-                            if !skipped.contains(&line) {
-                                skipped.push(line);
-                            }
-                            continue;
-                        }
+                        Outcome::Skipped(_) => continue,
                     };
-                    let [rmse, max, psnr] = match drawn.error {
+                    let [rmse, max, psnr] = match drawn.error.as_ref().map(|e| e.image) {
                         Some(e) => [
                             scientific(e.rmse),
                             scientific(e.max),
@@ -443,9 +597,18 @@ impl Report {
                 }
             }
         }
-        for line in skipped {
-            table.push_str(&line);
-            table.push('\n');
+        for scene in &self.scenes {
+            for one in skipped(scene.models.iter()) {
+                let [not_drawn, all] = one.settings;
+                let share = match not_drawn == all {
+                    true => String::new(),
+                    false => format!("{not_drawn} of {all} settings "),
+                };
+                table.push_str(&format!(
+                    "{} {}: {share}skipped: {}\n",
+                    scene.name, one.algorithm, one.reasons
+                ));
+            }
         }
         table
     }
@@ -506,12 +669,12 @@ pub(crate) mod tests {
     pub(crate) fn report(name: &str) -> Report {
         let error = ImageError {
             rmse: 1.5e-4,
-            max: 2e-3,
+            max: 1e-3,
             psnr: Some(76.5),
             worst_pixel: [1, 2],
         };
-        let drawn = Drawn {
-            error: Some(error),
+        let drawn = |error| Drawn {
+            error,
             prepare_ms: 12.0,
             frame_ms: 3.5,
             frame_range_ms: [3.0, 4.0],
@@ -519,17 +682,29 @@ pub(crate) mod tests {
             wall_ms: 5.0,
             stats: FrameStats::default(),
         };
-        let row = |setting: &str, outcome| Row {
-            algorithm: "projection",
+        let row = |algorithm, setting: &str, outcome| Row {
+            algorithm,
             setting: setting.into(),
             settings: "order=centroid".into(),
             is_default: true,
-            promise: Promise::Exact,
+            promise: match algorithm {
+                "reference" => Promise::Truth,
+                _ => Promise::Exact,
+            },
             outcome,
         };
         let rows = vec![
-            row("order=centroid", Outcome::Drawn(Box::new(drawn))),
-            row("order=exact", Outcome::Skipped("no <adapter>".into())),
+            row("reference", "", Outcome::Drawn(Box::new(drawn(None)))),
+            row(
+                "projection",
+                "order=centroid",
+                Outcome::Drawn(Box::new(drawn(Some(Errors::of(error))))),
+            ),
+            row(
+                "projection",
+                "order=exact",
+                Outcome::Skipped("no <adapter>".into()),
+            ),
         ];
         Report {
             version: REPORT_VERSION,
@@ -572,12 +747,7 @@ pub(crate) mod tests {
                     }],
                 }],
             }],
-            checks: vec![Check {
-                subject: "sphere".into(),
-                rmse: 1.5e-4,
-                limit: 1e-4,
-                passed: false,
-            }],
+            checks: vec![Check::new("sphere".into(), (1.5e-4, 1e-3), (1e-4, 1e-2))],
         }
     }
 
@@ -585,8 +755,9 @@ pub(crate) mod tests {
     fn the_page_holds_numbers_and_reasons_and_escapes_names() {
         let report = report("a<b>.vtu");
         let mut pictures = Pictures::default();
-        pictures.add((0, 0), "truth", "", b"png");
-        pictures.add_difference((0, 0), "difference", "", Some((b"png", 2e-5)));
+        let gray = RgbaImage::from_pixel(2, 2, image::Rgba([128; 4]));
+        pictures.add((0, 0), "truth", "", gray.clone());
+        pictures.add_difference((0, 0), "difference", "", Some((gray, 2e-5)));
         let page = report.to_html(&pictures);
         for text in [
             "1.50e-4",
@@ -594,7 +765,8 @@ pub(crate) mod tests {
             "a&lt;b&gt;.vtu",
             "no &lt;adapter&gt;",
             "2.00e-5",
-            "data:image/png;base64,cG5n",
+            "data:image/png;base64,iVBORw0KGgo",
+            "projection in 1 of 1",
             "none found",
             "order alone",
         ] {
@@ -604,6 +776,68 @@ pub(crate) mod tests {
         for outside in ["src=\"http", "href=\"http", "@import", "url("] {
             assert!(!page.contains(outside), "the page needs {outside}");
         }
+    }
+
+    pub(crate) fn drawn_with(rmse: f64, frame_ms: f64) -> Outcome {
+        let mut report = report("");
+        let Outcome::Drawn(mut drawn) = report.scenes[0].models[0].rows.swap_remove(1).outcome
+        else {
+            panic!("it is drawn");
+        };
+        drawn.frame_ms = frame_ms;
+        drawn.error.as_mut().expect("compared").image.rmse = rmse;
+        Outcome::Drawn(drawn)
+    }
+
+    /// 60 pictures of noise, which no PNG makes smaller: 256² pixels of 4 bytes each are 15.7 MB.
+    #[test]
+    fn many_pictures_are_made_small_enough() {
+        let mut state = 1u32;
+        let mut noise = || {
+            // Numerical Recipes' generator; its low bits repeat.
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        let image = RgbaImage::from_fn(256, 256, |_, _| image::Rgba([(); 4].map(|()| noise())));
+        let mut pictures = Pictures::default();
+        for _ in 0..60 {
+            pictures.add((0, 0), "noise", "", image.clone());
+        }
+        let page = report("sphere").to_html(&pictures);
+        assert!(page.len() < 4_000_000, "{}", page.len());
+        assert_eq!(page.matches("alt=\"noise\"").count(), 60);
+        // Alone it stays as it is.
+        let mut one = Pictures::default();
+        one.add((0, 0), "noise", "", image);
+        assert!(report("sphere").to_html(&one).len() > 256 * 256 * 4);
+    }
+
+    #[test]
+    fn what_is_not_drawn_takes_a_line_for_each_algorithm() {
+        let mut report = report("sphere");
+        let model = &mut report.scenes[0].models[0];
+        for (setting, why) in [("a=1", "no grid"), ("a=2", "no grid"), ("a=3", "too large")] {
+            model.rows.push(Row {
+                algorithm: "slicing",
+                setting: setting.into(),
+                settings: setting.into(),
+                is_default: false,
+                promise: Promise::Open,
+                outcome: Outcome::Skipped(why.into()),
+            });
+        }
+        let table = report.to_table();
+        let lines: Vec<&str> = table.lines().filter(|l| l.contains("skipped")).collect();
+        assert_eq!(
+            lines,
+            [
+                "sphere projection: 1 of 2 settings skipped: no <adapter>",
+                "sphere slicing: skipped: no grid; too large"
+            ]
+        );
+        let page = report.to_html(&Pictures::default());
+        assert_eq!(page.matches("no grid; too large").count(), 1);
+        assert!(!page.contains("a=2"));
     }
 
     #[test]
@@ -622,13 +856,13 @@ pub(crate) mod tests {
     fn the_table_has_a_line_a_row_and_says_what_was_skipped() {
         let table = report("sphere").to_table();
         let lines: Vec<_> = table.lines().collect();
-        assert_eq!(lines.len(), 5, "{table}");
+        assert_eq!(lines.len(), 6, "{table}");
         assert!(
-            lines[2].contains("1.50e-4") && lines[2].contains("gpu"),
+            lines[3].contains("1.50e-4") && lines[3].contains("gpu"),
             "{table}"
         );
-        assert!(lines[3].contains("order alone: RMSE 1.50e-4"), "{table}");
-        assert!(lines[4].contains("skipped: no <adapter>"), "{table}");
+        assert!(lines[4].contains("order alone: RMSE 1.50e-4"), "{table}");
+        assert!(lines[5].contains("skipped: no <adapter>"), "{table}");
     }
 
     #[test]
@@ -643,8 +877,43 @@ pub(crate) mod tests {
     fn json_has_the_numbers() {
         let json: serde_json::Value =
             serde_json::from_str(&report("sphere").to_json()).expect("valid JSON");
-        let row = &json["scenes"][0]["models"][0]["rows"][0];
-        assert_eq!(row["outcome"]["drawn"]["error"]["rmse"], 1.5e-4);
+        assert_eq!(json["version"], REPORT_VERSION);
+        let row = &json["scenes"][0]["models"][0]["rows"][1];
+        let error = &row["outcome"]["drawn"]["error"];
+        assert_eq!(
+            (&error["rmse"], &error["worst_pixel"]),
+            (&1.5e-4.into(), &[1, 2].into())
+        );
+        assert_eq!(error["percentiles"]["p99.9"], 9e-4);
+    }
+
+    /// Every name in `value`, but for those that are data: settings, counts and files.
+    fn names(value: &serde_json::Value, into: &mut Vec<String>) {
+        match value {
+            serde_json::Value::Object(fields) => {
+                for (name, field) in fields {
+                    into.push(name.clone());
+                    if !["counts", "sha256"].contains(&name.as_str()) {
+                        names(field, into);
+                    }
+                }
+            }
+            serde_json::Value::Array(items) => items.iter().for_each(|item| names(item, into)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn every_field_of_the_json_is_described() {
+        let json = serde_json::from_str(&report("sphere").to_json()).expect("valid JSON");
+        let mut found = Vec::new();
+        names(&json, &mut found);
+        assert!(found.len() > 50, "{found:?}");
+        let schema = include_str!("../report.md");
+        for name in found {
+            assert!(schema.contains(&format!("`{name}`")), "{name}");
+        }
+        assert!(schema.contains(&format!("version {REPORT_VERSION}")));
     }
 
     #[test]
