@@ -56,6 +56,22 @@ pub fn voxels_over(bounds: &Bounds, prefsize: [usize; 3]) -> Result<Lattice, Err
     Ok(lattice)
 }
 
+/// The same voxels and a layer more on each side, for a mesh to fade into, `interpolation` between them.
+///
+/// # Errors
+/// More voxels than there may be.
+pub fn with_border(lattice: &Lattice, interpolation: Interpolation) -> Result<Lattice, Error> {
+    let bordered = Lattice {
+        dims: lattice.dims.map(|voxels| voxels + 2),
+        origin: lattice.origin - lattice.linear() * DVec3::ONE,
+        interpolation,
+        ..*lattice
+    };
+    voxel_count(bordered.dims)?;
+    bordered.validate()?;
+    Ok(bordered)
+}
+
 /// A context of voxelization, in the manner of OpenGL.
 ///
 /// | the paper's routine | here |

@@ -189,7 +189,7 @@ pub use device::{DeviceVoxelizer, Items};
 pub use entry::ENTRY;
 pub use errors::VoxelErrors;
 pub use fixed::{DEPTH_BITS, PLACE_BITS, SCALAR_BITS};
-pub use interface::{VoxelContext, voxels_over};
+pub use interface::{VoxelContext, voxels_over, with_border};
 pub use offsets::{MOST_RANDOM, MOST_REGULAR, Offsets};
 pub use options::{
     Arithmetic, Cells, Columns, FirstVoxel, MOST_SIDE, MOST_VOXELS, VoxelSize, VoxelizerOptions,

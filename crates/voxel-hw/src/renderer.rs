@@ -8,7 +8,7 @@ use tetrascope_slicing::{Domain, Slicing, SlicingOptions};
 use crate::counters::VOXELS;
 use crate::device::DeviceVoxelizer;
 use crate::entry::{ENTRY, mesh_of};
-use crate::interface::voxels_over;
+use crate::interface::{voxels_over, with_border};
 use crate::options::{MOST_SIDE, VoxelizerOptions};
 use crate::renamed;
 use crate::stacks::{Stacks, StacksOptions};
@@ -94,14 +94,7 @@ impl VoxelizationOptions {
             });
         }
         let inner = voxels_over(&mesh.bounds(), [self.voxels; 3])?;
-        let lattice = Lattice {
-            dims: inner.dims.map(|d| d + 2),
-            origin: inner.origin - inner.spacing,
-            interpolation: Interpolation::Linear,
-            ..inner
-        };
-        lattice.validate()?;
-        Ok(lattice)
+        with_border(&inner, Interpolation::Linear)
     }
 }
 
