@@ -484,5 +484,9 @@ mod tests {
         report.checks.clear();
         assert!(!report.passed());
         assert!(report.verdict().contains("nothing was checked"));
+        // Where nothing is promised there is nothing to check.
+        report.scenes[0].models[0].rows[1].promise = Promise::Open;
+        assert!(report.passed());
+        assert!(report.verdict().contains("no picture"));
     }
 }

@@ -42,6 +42,9 @@ fn a_machine_says_what_voxels_take() {
     }
     let busiest = |report: &serde_json::Value| report["cycles"]["scan_conversion"]["max"].as_u64();
     assert!(busiest(&few) > busiest(&many));
+    let fast = seen("--config clock_mhz=100,geometry_engines=24");
+    let rate = |report: &serde_json::Value| report["volumes_per_second"][1].as_f64();
+    assert!(rate(&fast) > rate(&many));
     let readback = seen("--readback");
     assert_eq!(readback["bytes"]["merge_host"], 2 * 64 * 4);
     let moved = seen("--sensitivity");
@@ -65,6 +68,11 @@ fn what_cannot_be_voxelized_is_refused() {
             "machine cube.vtk --generators 0 -q",
             2,
             "fragment generators",
+        ),
+        (
+            "machine cube.vtk --config clock_mzh=100 -q",
+            2,
+            "no number of a machine 'clock_mzh'; valid: clock_mhz",
         ),
         (
             "voxelize cube.vtk --dims 4 -o voxels.png -q",

@@ -173,6 +173,27 @@ machine! {
 const MOST_ENGINES: u32 = 1024;
 
 impl MachineConfig {
+    /// Sets the number that is called `name` in [`PARAMETERS`].
+    ///
+    /// # Errors
+    /// A name that is not there, and a value that its field does not hold.
+    pub fn set(&mut self, name: &str, value: u64) -> Result<(), Error> {
+        let found = PARAMETERS.iter().find(|parameter| parameter.name == name);
+        let parameter = found.ok_or_else(|| Error::Unknown {
+            kind: "number of a machine",
+            name: name.into(),
+            valid: PARAMETERS.iter().map(|p| p.name.into()).collect(),
+        })?;
+        parameter.set(self, value);
+        match parameter.of(self) == value {
+            true => Ok(()),
+            false => Err(Error::Usage {
+                what: format!("a {name} of {value}"),
+                help: Some(format!("give at most {}", parameter.of(self))),
+            }),
+        }
+    }
+
     /// Refuses a machine that cannot be.
     pub(super) fn check(&self) -> Result<(), Error> {
         let engines = u64::from(self.fragment_generators) * u64::from(self.image_engines);
@@ -226,6 +247,20 @@ mod tests {
         // All that `Debug` prints, but for the two ways to do something.
         let printed = format!("{config:?}").matches(": ").count();
         assert_eq!(printed, PARAMETERS.len() + 2);
+    }
+
+    #[test]
+    fn numbers_are_set_by_name() {
+        let mut config = MachineConfig::default();
+        config.set("texture_bytes", 1 << 40).expect("64 bits");
+        assert_eq!(config.texture_bytes, 1 << 40);
+        for (name, value, word) in [
+            ("texture_byte", 1, "no number of a machine 'texture_byte'"),
+            ("clock_mhz", 1 << 40, "a clock_mhz of 1099511627776"),
+        ] {
+            let error = config.set(name, value).expect_err("refused").to_string();
+            assert!(error.contains(word), "{error}");
+        }
     }
 
     /// What fitted numbers are fitted to.

@@ -338,12 +338,9 @@ pub(crate) struct MachineArgs {
     /// Fragment generators; the published machines have 5, 10 and 20
     #[arg(long, value_name = "N", default_value_t = MachineConfig::default().fragment_generators)]
     pub(crate) generators: u32,
-    /// Image engines of each fragment generator
-    #[arg(long, value_name = "N", default_value_t = MachineConfig::default().image_engines)]
-    pub(crate) image_engines: u32,
-    /// Cycles per microsecond
-    #[arg(long, value_name = "MHZ", default_value_t = MachineConfig::default().clock_mhz)]
-    pub(crate) clock: u32,
+    /// Any number of the machine by its name, as the table of results lists them: clock_mhz=100 …
+    #[arg(long, value_name = "NAME=N", value_delimiter = ',', value_parser = named_number)]
+    pub(crate) config: Vec<(String, u64)>,
     /// Texture memories are made alike by the host, not by broadcast
     #[arg(long)]
     pub(crate) readback: bool,
@@ -437,6 +434,15 @@ fn passes() -> impl clap::builder::TypedValueParser<Value = Passes> {
         let found = Passes::ALL.into_iter().find(|(word, _)| *word == name);
         found.expect("one of the possible values").1
     })
+}
+
+#[cfg(feature = "voxel-hw")]
+fn named_number(text: &str) -> Result<(String, u64), String> {
+    let pair = text.split_once('=').map(|(name, n)| (name, n.parse().ok()));
+    match pair {
+        Some((name, Some(n))) => Ok((name.into(), n)),
+        _ => Err("give a name and a whole number, such as clock_mhz=100".into()),
+    }
 }
 
 #[cfg(feature = "voxel-hw")]

@@ -63,23 +63,10 @@ pub(crate) fn voxelize(args: &VoxelizeArgs, output: &Output) -> Result<(), Stop>
 }
 
 pub(crate) fn machine(args: &MachineArgs, output: &Output) -> Result<(), Stop> {
+    let config = config(args)?;
     let voxelizer = voxelizer(&args.voxels)?;
     let (mesh, _) = mesh(&args.voxels, output)?;
     let lattice = voxels_over(&mesh.bounds(), args.voxels.dims)?;
-    let config = MachineConfig {
-        fragment_generators: args.generators,
-        image_engines: args.image_engines,
-        clock_mhz: args.clock,
-        merge: match args.readback {
-            true => Merge::Readback,
-            false => Merge::Broadcast,
-        },
-        voxelizing: match args.in_image_engines {
-            true => Voxelizing::ImageEngines,
-            false => Voxelizing::FragmentGenerators,
-        },
-        ..MachineConfig::default()
-    };
     let [nx, ny, nz] = lattice.dims;
     let what = format!("counting what {nx}x{ny}x{nz} voxels take");
     let ((volume, report), _) =
@@ -165,6 +152,26 @@ pub(crate) fn machine(args: &MachineArgs, output: &Output) -> Result<(), Stop> {
         "machine": machine.collect::<Vec<_>>(),
         "sensitivity": sensitivity.collect::<Vec<_>>(),
     }))
+}
+
+/// The machine: that of the defaults, but for what was asked for.
+fn config(args: &MachineArgs) -> Result<MachineConfig, Error> {
+    let mut config = MachineConfig {
+        fragment_generators: args.generators,
+        merge: match args.readback {
+            true => Merge::Readback,
+            false => Merge::Broadcast,
+        },
+        voxelizing: match args.in_image_engines {
+            true => Voxelizing::ImageEngines,
+            false => Voxelizing::FragmentGenerators,
+        },
+        ..MachineConfig::default()
+    };
+    for (name, value) in &args.config {
+        config.set(name, *value)?;
+    }
+    Ok(config)
 }
 
 /// A line for each assumption.
