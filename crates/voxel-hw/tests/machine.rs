@@ -327,3 +327,94 @@ fn what_bounds_the_machine_moves_the_answer() {
     assert_eq!(of("image_voxel_cycles"), [1.0; 2]);
     assert_eq!(of("fragment_cycles"), [1.0; 2]);
 }
+
+/// A block of cubes, turned, cut in tetrahedra, partly beside the voxels.
+fn block(seed: u64, n: usize, dims: [usize; 3]) -> TetMesh {
+    let turn = common::rotation(seed);
+    let mut random = common::random(seed ^ 1);
+    let half = 0.4 * dims.into_iter().max().expect("three") as f64;
+    let (points, cells) = kuhn(n, DVec3::splat(-half), DVec3::splat(half), |_| true);
+    let center = 0.5 * DVec3::from_array(dims.map(|d| d as f64));
+    let center = center + DVec3::new(random(), random(), random()) * half;
+    let points = points.iter().map(|p| turn * *p + center);
+    mesh((points.collect(), cells), field)
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(40))]
+
+    /// Whatever the mesh and the machine: what one stage sends the next one gets, every touched pixel is
+    /// transferred once, every voxel write is accounted for, and bytes are those of what they carry.
+    #[test]
+    fn nothing_is_lost_between_engines(
+        seed in 0_u64..1000,
+        n in 1_usize..4,
+        dims in proptest::array::uniform3(3_usize..20),
+        samples in 1_u32..4,
+        engines in proptest::array::uniform3(1_u32..24),
+        bytes in proptest::array::uniform4(1_u32..300),
+        ways in proptest::array::uniform3(proptest::bool::ANY),
+    ) {
+        let mesh = block(seed, n, dims);
+        let [geometry_engines, fragment_generators, image_engines] = engines;
+        let [corner_bytes, triangle_bytes, fragment_bytes, pixel_bytes] = bytes;
+        let [in_image_engines, readback, as_floats] = ways;
+        let config = MachineConfig {
+            geometry_engines,
+            fragment_generators,
+            image_engines,
+            corner_bytes,
+            triangle_bytes,
+            fragment_bytes,
+            pixel_bytes,
+            voxelizing: match in_image_engines {
+                true => Voxelizing::ImageEngines,
+                false => Voxelizing::FragmentGenerators,
+            },
+            merge: if readback { Merge::Readback } else { Merge::Broadcast },
+            ..MachineConfig::default()
+        };
+        let options = VoxelizerOptions {
+            offsets: Offsets::Regular(samples),
+            ..options(FIXED_AND_FLOAT[usize::from(as_floats)])
+        };
+        let truth = common::voxelize(&mesh, dims, options);
+        let voxelizer = Voxelizer::new(options).expect("valid");
+        let simulated = voxelizer.simulate(&mesh, &lattice(dims), &config);
+        let (volume, report) = simulated.expect("voxels");
+        proptest::prop_assert!(truth == volume);
+
+        let counts = truth.counts();
+        let written = truth.writes().iter().filter(|w| **w > 0).count() as u64;
+        let writes: u64 = truth.writes().iter().map(|w| u64::from(*w)).sum();
+        proptest::prop_assert_eq!(
+            [report.triangles, report.fragments, report.pixels, report.voxels],
+            [counts.faces, counts.fragments, counts.columns, counts.writes]
+        );
+        proptest::prop_assert_eq!(counts.writes, writes);
+        proptest::prop_assert_eq!([report.texels, total(&report.owned_texels)], [written; 2]);
+
+        let samples = u64::from(samples.pow(3));
+        let buses = report.buses;
+        let of = |count: u64, bytes: u32| count * u64::from(bytes);
+        proptest::prop_assert_eq!(buses.host, of(counts.cells * samples * 4, corner_bytes));
+        proptest::prop_assert_eq!(buses.triangles, of(report.triangles, triangle_bytes));
+        proptest::prop_assert_eq!(buses.fragments, of(report.fragments, fragment_bytes));
+        let texel = 4 + u64::from(samples > 1);
+        let accesses = 1 + u64::from(samples > 1);
+        let back_and_written = match config.voxelizing {
+            Voxelizing::FragmentGenerators => {
+                (of(report.pixels, pixel_bytes), report.voxels * accesses * texel)
+            }
+            Voxelizing::ImageEngines => (written * texel, written * texel),
+        };
+        proptest::prop_assert_eq!((buses.pixels, buses.texture), back_and_written);
+        let whole = dims.into_iter().product::<usize>() as u64 * texel;
+        let merged = match (config.merge, fragment_generators) {
+            (Merge::Broadcast, 1) => (0, 0),
+            (Merge::Broadcast, _) => (written * (texel + 4), 0),
+            (Merge::Readback, _) => (whole, 2 * whole),
+        };
+        proptest::prop_assert_eq!((buses.merge, buses.merge_host), merged);
+    }
+}
