@@ -208,9 +208,9 @@ fn draw(
     Ok(contenders)
 }
 
-/// Frames of a setting are not repeated any more once they took so long: what takes seconds is not
-/// measured any better by taking them again.
-const ENOUGH_MS: f64 = 2000.0;
+/// Frames of a setting are not repeated any more once they took so long in all: a default run of every
+/// algorithm would take ten minutes.
+const ENOUGH_MS: f64 = 1000.0;
 
 impl Contender {
     /// What counted frames took.

@@ -75,11 +75,6 @@ pub const ENTRY: Entry = Entry {
             with: "voxels=32,samples=1",
             without: Some("voxels=32"),
         },
-        Source {
-            name: "8 bits alone",
-            with: "voxels=32,voxel-size=8",
-            without: Some("voxels=32"),
-        },
     ],
     figures: None,
     counters: crate::counters::ALL,
@@ -121,20 +116,19 @@ pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
     }
 }
 
-/// Few voxels with few slices and with so many that they no longer matter, aliased, of few bits; then
-/// more of them, and stacks. Other models differ in the voxels alone.
+/// Few voxels with few slices and with so many that they no longer matter, and aliased; then more of
+/// them, and stacks. Other models differ in the voxels alone.
 fn sweep(model: OpticalModel) -> &'static [&'static str] {
     match model {
         OpticalModel::EmissionAbsorption => &[
             "voxels=32",
             "voxels=32,slices=8",
             "voxels=32,samples=1",
-            "voxels=32,voxel-size=8",
             "voxels=64",
             "voxels=64,textures=stacks",
             "voxels=128,samples=1",
         ],
-        _ => &["voxels=32", "voxels=128,samples=1"],
+        _ => &["voxels=32", "voxels=64,samples=1"],
     }
 }
 
