@@ -208,8 +208,8 @@ fn draw(
     Ok(contenders)
 }
 
-/// Frames of a setting are not repeated any more once they took so long in all: a default run of every
-/// algorithm would take ten minutes.
+/// Frames of a setting are not repeated any more once they took so long in all, as a default run has
+/// hundreds of settings.
 const ENOUGH_MS: f64 = 1000.0;
 
 impl Contender {

@@ -48,7 +48,7 @@ struct Tuning {
     wide: bool,
 }
 
-/// What an invocation takes; it changes nothing in the voxels.
+/// What one invocation works on. The voxels do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Items {
     /// A cell if that is little work, for the device at hand; else some of its pixels.
@@ -346,7 +346,7 @@ impl DeviceVoxelizer {
         let (low, high) = self.range;
         let resolve = Resolve {
             low: low as f32,
-            extent: (high - low) as f32,
+            high: high as f32,
             steps: match self.voxelizer.options().voxel_size {
                 VoxelSize::Bits8 => 255.0,
                 VoxelSize::Bits16 => 65535.0,

@@ -105,7 +105,7 @@
 //! - On a device cells are at most [`MOST_SIDE`] voxels wide in floats as well, whose vertices are there
 //!   rounded to 2⁻¹⁹ voxels; cells as they are given have fixed point alone. The transfer function comes
 //!   after the mean.
-//! - A picture's border fades over two voxels, so its error is of order 1.5 in the voxels' size. Greatest
+//! - A picture's border fades over two voxels, so its error is of order 1.2 to 1.5 in the voxels' size. Greatest
 //!   colors and isosurfaces have no extinction that could fade, and end where a voxel is covered by less
 //!   than a half.
 //! - With [`Arithmetic::Float`] a voxel whose center lies on a face but for rounding may be written

@@ -83,7 +83,7 @@ pub(crate) fn for_each_cell(
             let Some(cells) = mesh.cells() else {
                 return Err(Error::Usage {
                     what: "the mesh has not kept the cells that it was made from".into(),
-                    help: Some("keep them when the mesh is made, or choose tetrahedra".into()),
+                    help: Some("choose tetrahedra, which a mesh of nothing else consists of, or keep the cells when the mesh is made".into()),
                 });
             };
             let places = places(mesh);

@@ -4,7 +4,7 @@ struct Resolve {
     dims: vec3u,       // of the part
     first: u32,        // its first layer in the grid
     low: f32,          // the field's range, in its unit
-    extent: f32,
+    high: f32,
     steps: f32,        // voxels are whole numbers of the range over this, unless it is 0
     samples: f32,      // of a voxel
     // The steps of a texel: columns run along any axis of the grid.
@@ -32,7 +32,10 @@ fn cs_resolve(@builtin(global_invocation_id) id: vec3u) {
         if resolve.steps > 0.0 {
             share = round(share * resolve.steps) / resolve.steps;
         }
-        texel = vec2f(resolve.low + share * resolve.extent, min(f32(count) / resolve.samples, 1.0));
+        // The range may be too wide for a float.
+        let scalar = (1.0 - share) * resolve.low + share * resolve.high;
+        let held = clamp(scalar, resolve.low, resolve.high);
+        texel = vec2f(held, min(f32(count) / resolve.samples, 1.0));
     }
     let at = id.x * resolve.across_x + id.y * resolve.across_y + (id.z + resolve.first) * resolve.along;
     textureStore(samples, at, vec4f(texel, 0.0, 0.0));

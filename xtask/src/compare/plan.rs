@@ -16,7 +16,7 @@ const DEFAULT_SCENES: [&str; 3] = ["sphere", "orbital", "heat-sink"];
 const DEFAULT_PARALLEL: (&str, OpticalModel) = ("sphere", OpticalModel::Emission);
 
 /// Pixels a side unless the scene or `--size` says otherwise: enough to see what is
-/// wrong, and little enough that all of it takes a minute or two on two cores.
+/// wrong.
 const DEFAULT_SIDE: u32 = 256;
 
 /// The optical depth across the whole volume at its greatest extinction when a

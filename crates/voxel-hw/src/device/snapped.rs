@@ -20,7 +20,7 @@ pub(crate) struct Snapped {
     pub(crate) vertices: Vec<[i32; 4]>,
     /// One for each cell; empty for a field of points.
     pub(crate) cell_scalars: Vec<i32>,
-    /// Cells that are no tetrahedra: the first triangle, how many, the sign of the cell's volume and
+    /// Cells other than tetrahedra: the first triangle, how many, the sign of the cell's volume and
     /// its scalar; empty if all are.
     pub(crate) polyhedra: Vec<[u32; 4]>,
     /// Their corners, in the lower three.

@@ -216,7 +216,7 @@ fn cells_of_every_kind_are_told_apart() {
     for cell in 0..400 {
         let corner = DVec3::new(number(), number(), number()) * 3.0 - 1.0;
         let size = [0.8, 0.1, 3e-4, 2e-3][cell % 4];
-        // Of some, all corners are in a plane.
+        // The corners of some lie in a plane.
         let flat = if cell % 7 == 0 { 0.0 } else { 1.0 };
         points.push(corner);
         for _ in 0..3 {
@@ -294,4 +294,55 @@ fn floats_are_those_of_the_cpu_but_for_rounding() {
     let made = DeviceVoxelizer::new(&gpu, &voxelizer, &cubes, &place);
     let found = made.and_then(|d| d.voxels()).expect("voxels");
     assert!(found.writes().iter().all(|writes| *writes == 1));
+}
+
+/// The texture holds what is read back: coverage to the last bit, scalars but for what f32 rounds of the
+/// mean's share, three times 2⁻²⁴ or so, and of both ends; with few bits a share beside a tie may be the
+/// next step. Also for the widest range that there is.
+#[test]
+fn the_texture_holds_the_voxels() {
+    let Some(gpu) = gpu("the_texture_holds_the_voxels") else {
+        return;
+    };
+    for unit in [1.0, 1.5e38] {
+        let cubes = mesh(kuhn(4, DVec3::ZERO, DVec3::ONE, |_| true), |p| {
+            unit * field(p)
+        });
+        let place = lattice([14, 19, 12], DVec3::splat(0.52), 0.09, true, false);
+        for (voxel_size, steps) in [
+            (VoxelSize::Float, None),
+            (VoxelSize::Bits8, Some(255.0)),
+            (VoxelSize::Bits16, Some(65535.0)),
+        ] {
+            let options = VoxelizerOptions {
+                voxel_size,
+                columns: Columns::Longest,
+                offsets: Offsets::Regular(2),
+                ..VoxelizerOptions::default()
+            };
+            let voxelizer = Voxelizer::new(options).expect("valid options");
+            let expected = voxelizer.voxelize(&cubes, &place).expect("voxels");
+            let made = DeviceVoxelizer::new(&gpu, &voxelizer, &cubes, &place).expect("it fits");
+            let mut encoder = made.encoder();
+            made.encode(&mut encoder);
+            let copy = read_back(&gpu, &mut encoder, Source::Texture(made.grid().texture()));
+            gpu.finish(encoder).expect("done");
+            let texels: Vec<[f32; 2]> = copy.and_then(|c| c.read()).expect("texels");
+            let (low, high) = expected.scalar_range();
+            let rounding =
+                8.0 * f64::from(f32::EPSILON) * (high - low).max(high.abs().max(low.abs()));
+            let mut beside = 0;
+            for (index, [scalar, coverage]) in texels.iter().enumerate() {
+                assert_eq!(*coverage, expected.coverage(index));
+                let Some(truth) = expected.scalar(index) else {
+                    continue;
+                };
+                let error = (f64::from(*scalar) - truth).abs();
+                let step = steps.map_or(0.0, |steps| (high - low) / steps);
+                assert!(error <= rounding + step, "{voxel_size:?} {error:e}");
+                beside += usize::from(error > rounding);
+            }
+            assert!(beside * 50 < texels.len(), "{beside}");
+        }
+    }
 }
