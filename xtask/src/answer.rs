@@ -28,7 +28,7 @@ pub struct AnswerLine {
     /// The scene's name.
     pub scene: String,
     /// The optical model.
-    pub model: &'static str,
+    pub model: String,
     /// The fastest within each of [`WITHIN`], then the most exact; `None` where there is none.
     pub best: Vec<Option<Choice>>,
 }
@@ -37,7 +37,7 @@ pub struct AnswerLine {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Choice {
     /// The algorithm.
-    pub algorithm: &'static str,
+    pub algorithm: String,
     /// The class of its color.
     pub class: String,
     /// Its marker, in SVG.
@@ -76,9 +76,9 @@ fn lines(scene_number: usize, scene: &SceneReport) -> Vec<AnswerLine> {
                     return None;
                 };
                 Some(Choice {
-                    algorithm: row.algorithm,
-                    class: format!("s{}", style(row.algorithm) % STYLES),
-                    mark: mark(style(row.algorithm)),
+                    algorithm: row.algorithm.clone(),
+                    class: format!("s{}", style(&row.algorithm) % STYLES),
+                    mark: mark(style(&row.algorithm)),
                     setting: words(&row.setting),
                     frame_ms: drawn.frame_ms,
                     rmse: drawn.error.as_ref()?.image.rmse,
@@ -106,7 +106,7 @@ fn lines(scene_number: usize, scene: &SceneReport) -> Vec<AnswerLine> {
         lines.push(AnswerLine {
             scene_number,
             scene: scene.name.clone(),
-            model: model.model,
+            model: model.model.clone(),
             best: best.map(Option::<&Choice>::cloned).collect(),
         });
     }
@@ -122,7 +122,7 @@ fn sentences(lines: &[AnswerLine]) -> Vec<String> {
         .map(|(need, name)| {
             let mut counts: Vec<(&str, usize)> = Vec::new();
             for choice in lines.iter().map(|line| &line.best[need]) {
-                let algorithm = choice.as_ref().map_or("none", |choice| choice.algorithm);
+                let algorithm = choice.as_ref().map_or("none", |choice| &choice.algorithm);
                 match counts.iter_mut().find(|(name, _)| *name == algorithm) {
                     Some((_, count)) => *count += 1,
                     None => counts.push((algorithm, 1)),
@@ -161,7 +161,7 @@ mod tests {
         model.rows.truncate(1);
         for &(algorithm, rmse, frame_ms) in rows {
             model.rows.push(Row {
-                algorithm,
+                algorithm: algorithm.into(),
                 setting: String::new(),
                 settings: String::new(),
                 is_default: true,
@@ -184,7 +184,7 @@ mod tests {
         ]);
         let answer = Answer::of(&report).expect("five pictures");
         let best = answer.lines[0].best.iter().flatten();
-        let names: Vec<&str> = best.map(|choice| choice.algorithm).collect();
+        let names: Vec<String> = best.map(|choice| choice.algorithm.clone()).collect();
         assert_eq!(
             names,
             ["slicing", "voxel-hw", "raycast-peel", "raycast-peel"]

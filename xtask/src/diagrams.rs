@@ -12,16 +12,16 @@ pub struct Diagrams {
     /// The algorithms that are drawn.
     pub legend: Vec<LegendItem>,
     /// Error against the time of a frame, by optical model: its name and an SVG.
-    pub time: Vec<(&'static str, String)>,
+    pub time: Vec<(String, String)>,
     /// Error against the bytes that stay between frames.
-    pub memory: Vec<(&'static str, String)>,
+    pub memory: Vec<(String, String)>,
 }
 
 /// An algorithm's color and marker.
 #[derive(Debug, Serialize)]
 pub struct LegendItem {
     /// The algorithm's name.
-    pub name: &'static str,
+    pub name: String,
     /// The class of its color.
     pub class: String,
     /// Its marker, in SVG.
@@ -46,17 +46,17 @@ impl Diagrams {
         }
         let time = |drawn: &Drawn| drawn.frame_ms;
         let memory = |drawn: &Drawn| drawn.stats.bytes_resident as f64 / MIB;
-        let mut names: Vec<&'static str> = Vec::new();
+        let mut names: Vec<&str> = Vec::new();
         for row in scene.models.iter().flat_map(|model| &model.rows) {
-            if self::compared(row).is_some() && !names.contains(&row.algorithm) {
-                names.push(row.algorithm);
+            if self::compared(row).is_some() && !names.contains(&row.algorithm.as_str()) {
+                names.push(&row.algorithm);
             }
         }
         Some(Diagrams {
             legend: names
                 .into_iter()
                 .map(|name| LegendItem {
-                    name,
+                    name: name.into(),
                     class: format!("s{}", style(name) % STYLES),
                     mark: mark(style(name)),
                 })
@@ -79,7 +79,7 @@ fn panels(
     scene: &SceneReport,
     x_name: &'static str,
     x_of: impl Fn(&Drawn) -> f64,
-) -> Vec<(&'static str, String)> {
+) -> Vec<(String, String)> {
     let all = || {
         let rows = scene.models.iter().flat_map(|model| &model.rows);
         rows.filter_map(compared)
@@ -114,8 +114,8 @@ fn panels(
                 })
                 .collect();
             (!points.is_empty()).then(|| Series {
-                algorithm: style(rows[0].algorithm),
-                name: rows[0].algorithm.into(),
+                algorithm: style(&rows[0].algorithm),
+                name: rows[0].algorithm.clone(),
                 points,
             })
         });
@@ -128,7 +128,7 @@ fn panels(
             truth: model.truth().map(&x_of),
             truth_bound: model.truth_bound,
         };
-        Some((model.model, panel.to_svg()?))
+        Some((model.model.clone(), panel.to_svg()?))
     });
     panels.collect()
 }

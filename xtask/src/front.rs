@@ -99,40 +99,60 @@ fn test(rest: &[OsString]) -> ExitCode {
         say("no graphics adapter: tests that need one will say that they are skipped");
     }
 
+    // Its package brings the browser in which the tests look at pages, too.
+    let second = match rest.is_empty() && found.success() {
+        true => second_driver(),
+        false => Second::NotWanted,
+    };
+    if matches!(second, Second::Missing) && env::var_os("CI").is_some() {
+        say("CI is set, so a missing second driver is a failure");
+        return ExitCode::FAILURE;
+    }
+
     say("3/4 running the tests");
     let mut tests = cargo("test");
     tests.arg("--workspace").args(rest);
     let status = run(tests);
-    if !status.success() || !rest.is_empty() || !found.success() {
-        return code(status);
+    match second {
+        Second::Driver(driver) if status.success() => test_on_second_driver(&driver),
+        Second::Missing if status.success() => {
+            say("no second driver: the tests ran on one");
+            ExitCode::SUCCESS
+        }
+        _ => code(status),
     }
-    test_on_second_driver()
+}
+
+/// A second Vulkan driver for the tests.
+enum Second {
+    /// The file that describes it.
+    Driver(String),
+    Missing,
+    NotWanted,
+}
+
+/// Finds or installs a second Vulkan driver, unless one was chosen.
+fn second_driver() -> Second {
+    if env::var_os("VK_DRIVER_FILES").is_some() {
+        say("VK_DRIVER_FILES is set, so that driver is the only one");
+        return Second::NotWanted;
+    }
+    let found = harness(&["setup", "--second-driver"])
+        .stderr(Stdio::inherit())
+        .output();
+    match found {
+        Ok(output) if output.status.success() => {
+            Second::Driver(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+        }
+        _ => Second::Missing,
+    }
 }
 
 /// Runs the GPU crates' tests on a second Vulkan driver, where there is one: what passes on
 /// one driver may still rely on what Vulkan leaves open.
-fn test_on_second_driver() -> ExitCode {
+fn test_on_second_driver(driver: &str) -> ExitCode {
     say("4/4 running the GPU crates' tests on a second driver");
-    if env::var_os("VK_DRIVER_FILES").is_some() {
-        say("VK_DRIVER_FILES is set, so that driver is the only one");
-        return ExitCode::SUCCESS;
-    }
     let is_ci = env::var_os("CI").is_some();
-    let found = match harness(&["setup", "--second-driver"])
-        .stderr(Stdio::inherit())
-        .output()
-    {
-        Ok(output) if output.status.success() => output.stdout,
-        _ if is_ci => {
-            say("CI is set, so a missing second driver is a failure");
-            return ExitCode::FAILURE;
-        }
-        _ => {
-            say("no second driver: the tests ran on one");
-            return ExitCode::SUCCESS;
-        }
-    };
-    let driver = String::from_utf8_lossy(&found).trim().to_owned();
     say(&format!("VK_DRIVER_FILES={driver}"));
     // Of the whole workspace, as they were built: other packages would mean other features.
     let mut tests = cargo("test");

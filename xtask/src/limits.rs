@@ -1,7 +1,7 @@
 //! From what an algorithm promises to what is demanded of its pictures.
 
 use tetrascope::Promise;
-use tetrascope::core::{FrameStats, OpticalModel};
+use tetrascope::core::OpticalModel;
 
 /// The RMSE and the greatest difference that are allowed over all channels.
 pub type Limit = (f64, f64);
@@ -22,18 +22,18 @@ pub const ROUGH_ORDER: f64 = 2e-3;
 
 /// What is demanded of a frame; `None` where nothing is.
 ///
-/// `rough` is the RMSE allowed where some cells may be in the wrong order.
+/// `order_proven` is what the frame says of its order of cells; `rough` is the RMSE allowed where some cells may be in the wrong order.
 pub fn limit(
     promise: Promise,
     model: OpticalModel,
-    stats: &FrameStats,
+    order_proven: Option<bool>,
     rough: Option<f64>,
 ) -> Option<Limit> {
     let (rmse, max) = ROUNDING;
     match promise {
         Promise::Truth | Promise::Exact => Some(ROUNDING),
         Promise::ExactIfProven | Promise::RoughOrder if model.commutes() => Some(ROUNDING),
-        Promise::ExactIfProven if stats.order_proven == Some(true) => Some(ROUNDING),
+        Promise::ExactIfProven if order_proven == Some(true) => Some(ROUNDING),
         Promise::ExactIfProven | Promise::RoughOrder => Some((rough?, 1.0)),
         Promise::Within(change) => Some((rmse + change, max + change)),
         Promise::Open => None,
@@ -66,15 +66,9 @@ mod tests {
 
     const SORTED: OpticalModel = OpticalModel::EmissionAbsorption;
 
-    fn stats(proven: Option<bool>) -> FrameStats {
-        let mut stats = FrameStats::default();
-        stats.order_proven = proven;
-        stats
-    }
-
     #[test]
     fn an_order_is_exact_where_it_is_proven_alone() {
-        let of = |proven| limit(Promise::ExactIfProven, SORTED, &stats(proven), Some(0.5));
+        let of = |proven| limit(Promise::ExactIfProven, SORTED, proven, Some(0.5));
         assert_eq!(of(Some(true)), Some(ROUNDING));
         for proven in [Some(false), None] {
             assert_eq!(of(proven), Some((0.5, 1.0)), "{proven:?}");
@@ -84,9 +78,9 @@ mod tests {
     #[test]
     fn order_plays_no_part_where_the_model_commutes() {
         for promise in [Promise::ExactIfProven, Promise::RoughOrder] {
-            let emission = limit(promise, OpticalModel::Emission, &stats(None), None);
+            let emission = limit(promise, OpticalModel::Emission, None, None);
             assert_eq!(emission, Some(ROUNDING));
-            assert_eq!(limit(promise, SORTED, &stats(None), None), None);
+            assert_eq!(limit(promise, SORTED, None, None), None);
         }
     }
 

@@ -60,6 +60,7 @@ pub fn describe(adapter: Result<String, Error>, repeat: u32) -> Report {
             no_adapter,
         },
         repeat,
+        resumed: 0,
         scenes: Vec::new(),
         checks: Vec::new(),
     }

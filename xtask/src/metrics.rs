@@ -3,13 +3,13 @@
 //! Errors are taken on linear premultiplied RGBA in f32, over all pixels and all four channels, and
 //! summed in f64. FLIP alone sees what a person would: sRGB without alpha.
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use tetrascope::core::Frame;
 use tetrascope::core::colormap::linear_to_srgb;
 use tetrascope_testing::{ImageError, apart};
 
 /// All errors of a picture against the truth.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Errors {
     /// RMSE, greatest error, PSNR and the worst pixel.
     #[serde(flatten)]
@@ -25,23 +25,54 @@ pub struct Errors {
     /// [`flip`].
     pub flip: Option<f64>,
     /// The greatest errors of pixels, [`WORST`] at most, the worst first.
-    #[serde(skip)]
-    worst: Vec<f64>,
+    pub worst: Vec<f64>,
+    /// How many pixels have which greatest error: [`bin`] says where each counts.
+    pub histogram: [u64; BINS],
+}
+
+/// Bins of a histogram of errors: none at all, half decades, and 1 or more.
+pub const BINS: usize = 22;
+
+/// The decade at which half decades begin: what is below counts as that.
+pub const FIRST_DECADE: i32 = -10;
+
+/// Where an error counts in a histogram: 0 for none at all, then one bin for each half decade from
+/// 10⁻¹⁰ (with all that is less) to 1, then one for 1 and more, infinity included.
+pub fn bin(error: f64) -> usize {
+    if error == 0.0 {
+        return 0;
+    }
+    let half_decades = (2.0 * (error.log10() - f64::from(FIRST_DECADE))).floor();
+    // A float becomes the nearest integer there is.
+    1 + (half_decades.max(0.0) as usize).min(BINS - 2)
 }
 
 /// How many of the greatest errors are kept: more than any bound leaves out.
 const WORST: usize = 8;
 
-/// Shares of pixels, in thousandths, and their names.
-const SHARES: [(usize, &str); 4] = [(500, "p50"), (900, "p90"), (990, "p99"), (999, "p99.9")];
-
 /// The errors that 50, 90, 99 and 99.9 % of the pixels do not exceed, by nearest rank.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Percentiles(pub [f64; 4]);
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Percentiles {
+    /// Of half of the pixels.
+    pub p50: f64,
+    /// Of 90 %.
+    pub p90: f64,
+    /// Of 99 %.
+    pub p99: f64,
+    /// Of 99.9 %.
+    #[serde(rename = "p99.9")]
+    pub p99_9: f64,
+}
 
-impl Serialize for Percentiles {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(SHARES.iter().map(|share| share.1).zip(self.0))
+impl Percentiles {
+    /// Of values in ascending order.
+    fn of(sorted: &[f64]) -> Percentiles {
+        Percentiles {
+            p50: nearest_rank(sorted, 500),
+            p90: nearest_rank(sorted, 900),
+            p99: nearest_rank(sorted, 990),
+            p99_9: nearest_rank(sorted, 999),
+        }
     }
 }
 
@@ -79,7 +110,8 @@ impl Errors {
                 true => (squares / truth_squares).sqrt(),
                 false => 0.0,
             },
-            percentiles: Percentiles(SHARES.map(|share| nearest_rank(&by_pixel, share.0))),
+            percentiles: Percentiles::of(&by_pixel),
+            histogram: histogram(&by_pixel),
             flip: flip(truth, image),
             worst: by_pixel.iter().rev().take(WORST).copied().collect(),
             image: error,
@@ -91,6 +123,14 @@ impl Errors {
         assert!(outliers < WORST, "no bound leaves out as many");
         self.worst.get(outliers).copied().unwrap_or(0.0)
     }
+}
+
+fn histogram(errors: &[f64]) -> [u64; BINS] {
+    let mut counts = [0; BINS];
+    for &error in errors {
+        counts[bin(error)] += 1;
+    }
+    counts
 }
 
 fn channels_apart(truth: &[f32; 4], image: &[f32; 4]) -> [f64; 4] {
@@ -167,9 +207,15 @@ pub(crate) mod tests {
                 worst_channel: 'a',
                 mean: 1e-5,
                 relative_l2: 2e-4,
-                percentiles: Percentiles([0.0, 1e-5, 2e-4, 9e-4]),
+                percentiles: Percentiles {
+                    p50: 0.0,
+                    p90: 1e-5,
+                    p99: 2e-4,
+                    p99_9: 9e-4,
+                },
                 flip: Some(0.0125),
                 worst: vec![image.max],
+                histogram: std::array::from_fn(|bin| bin as u64),
             }
         }
     }
@@ -193,7 +239,8 @@ pub(crate) mod tests {
         // An infinite PSNR.
         assert_eq!(errors.image.psnr, None);
         assert_eq!((errors.relative_l2, errors.flip), (0.0, Some(0.0)));
-        assert_eq!(errors.percentiles, Percentiles([0.0; 4]));
+        assert_eq!(errors.percentiles, Percentiles::of(&[0.0]));
+        assert_eq!(errors.histogram[0], 16);
     }
 
     #[test]
@@ -211,14 +258,41 @@ pub(crate) mod tests {
         let squares = 332_833_500.0 / 1024f64.powi(2);
         assert!((errors.relative_l2 - (squares / 1750.0).sqrt()).abs() < 1e-15);
         // The nearest ranks of 1000: the 500th, 900th, 990th and 999th pixel.
+        let Percentiles {
+            p50,
+            p90,
+            p99,
+            p99_9,
+        } = errors.percentiles;
         let ranks = [499.0, 899.0, 989.0, 998.0].map(|i| i / 1024.0);
-        assert_eq!(errors.percentiles, Percentiles(ranks));
+        assert_eq!([p50, p90, p99, p99_9], ranks);
+        // One pixel is right; below √0.1 = 0.3162 are 1 to 323, the rest is below 1.
+        assert_eq!(errors.histogram[0], 1);
+        assert_eq!(errors.histogram[20], 999 - 323);
+        assert_eq!(errors.histogram.iter().sum::<u64>(), 1000);
         assert_eq!(
             (errors.image.worst_pixel, errors.worst_channel),
             ([39, 24], 'a')
         );
         let greatest = [0, 1, 7].map(|outliers| errors.max_without(outliers));
         assert_eq!(greatest, [999.0, 998.0, 992.0].map(|i| i / 1024.0));
+    }
+
+    #[test]
+    fn every_error_has_its_bin() {
+        for (error, expected) in [
+            (0.0, 0),
+            (1e-300, 1),
+            (2e-10, 1),
+            (4e-10, 2),
+            (1e-5, 11),
+            (0.99, 20),
+            (1.0, 21),
+            (7.0, 21),
+            (f64::INFINITY, 21),
+        ] {
+            assert_eq!(bin(error), expected, "{error}");
+        }
     }
 
     #[test]

@@ -58,6 +58,100 @@ pub fn difference_map(truth: &Frame, image: &Frame) -> Option<(RgbaImage, f64)> 
     Some((map, end))
 }
 
+/// Levels of [`signed_map`] on each side of none: what a person tells apart, and small as a file.
+const LEVELS: i32 = 15;
+
+/// The colors of differences at none, at half of the scale and at its end: brighter than the truth in
+/// red, darker in blue, as readers with color-vision deficiency tell apart (C. Brewer, "RdBu").
+const NONE: [f64; 3] = [247.0, 247.0, 247.0];
+const DARKER: [[f64; 3]; 2] = [[103.0, 169.0, 207.0], [5.0, 48.0, 97.0]];
+const BRIGHTER: [[f64; 3]; 2] = [[239.0, 138.0, 98.0], [103.0, 0.0, 31.0]];
+
+/// How a picture differs from the truth, for people.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SignedMap {
+    /// For each pixel, the difference of the channel that differs most, by color.
+    pub image: RgbaImage,
+    /// The color scale goes from minus this to this: 1, 2 or 5 times a power of ten.
+    pub end: f64,
+    /// Pixels that differ by more, and have the color of the end.
+    pub beyond: usize,
+}
+
+/// What a picture has more than the truth, or less, in false color; `None` where they are equal.
+///
+/// The scale ends at what 99.9 % of the pixels do not exceed, so that a few wrong ones leave the
+/// rest in sight. What is not a number is beyond. Panics where the sizes differ.
+pub fn signed_map(truth: &Frame, image: &Frame) -> Option<SignedMap> {
+    assert_eq!((truth.width, truth.height), (image.width, image.height));
+    let differences: Vec<f64> = (truth.pixels.iter().zip(&image.pixels))
+        .map(|(t, p)| {
+            let signed = |c: usize| match apart(t[c].into(), p[c].into()) {
+                0.0 => 0.0,
+                size if p[c] < t[c] => -size,
+                size => size,
+            };
+            let largest = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+            (0..4).map(signed).fold(0.0, largest)
+        })
+        .collect();
+    let mut sizes: Vec<f64> = differences.iter().map(|d| d.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let greatest = sizes.iter().rev().find(|d| d.is_finite());
+    let most = (999 * sizes.len()).div_ceil(1000).max(1) - 1;
+    let end = match (sizes.get(most), greatest) {
+        _ if sizes.last().is_none_or(|&greatest| greatest == 0.0) => return None,
+        (Some(&most), _) if most > 0.0 && most.is_finite() => round_up(most),
+        (_, Some(&greatest)) if greatest > 0.0 => round_up(greatest),
+        _ => 1.0,
+    };
+    let width = truth.width;
+    Some(SignedMap {
+        image: RgbaImage::from_fn(width, truth.height, |column, row| {
+            signed_color(differences[row as usize * width as usize + column as usize] / end)
+        }),
+        end,
+        beyond: sizes.iter().rev().take_while(|&&d| d > end).count(),
+    })
+}
+
+/// The color of a share of the scale, from -1 to 1.
+fn signed_color(share: f64) -> Rgba<u8> {
+    let level = (share.clamp(-1.0, 1.0) * f64::from(LEVELS)).round() / f64::from(LEVELS);
+    let [half, end] = if level < 0.0 { DARKER } else { BRIGHTER };
+    let (from, to, t) = match level.abs() {
+        size if size < 0.5 => (NONE, half, 2.0 * size),
+        size => (half, end, 2.0 * size - 1.0),
+    };
+    let byte = |c: usize| (from[c] + t * (to[c] - from[c])).round() as u8;
+    Rgba([byte(0), byte(1), byte(2), 255])
+}
+
+/// The signed map `factor` times smaller: of each box of pixels the one that is farthest from none, so
+/// that one wrong pixel stays in sight.
+pub fn strongest_of_boxes(image: &RgbaImage, factor: u32) -> RgbaImage {
+    let strength = |pixel: &&Rgba<u8>| -> u32 {
+        let from_none = |c: usize| (f64::from(pixel.0[c]) - NONE[c]).abs() as u32;
+        (0..3).map(from_none).sum()
+    };
+    boxes(image, factor, |pixels| {
+        *pixels
+            .iter()
+            .max_by_key(strength)
+            .expect("a box has a pixel")
+    })
+}
+
+/// The square of `2 * reach + 1` pixels around one, cut at the picture's borders.
+pub fn around(image: &RgbaImage, [column, row]: [u32; 2], reach: u32) -> RgbaImage {
+    let cut = |at: u32, side: u32| {
+        let from = at.saturating_sub(reach).min(side.saturating_sub(1));
+        (from, (at + reach + 1).min(side) - from)
+    };
+    let ((x, width), (y, height)) = (cut(column, image.width()), cut(row, image.height()));
+    image::imageops::crop_imm(image, x, y, width, height).to_image()
+}
+
 /// The least of 1, 2 and 5 times a power of ten that is not below `x` > 0.
 pub fn round_up(x: f64) -> f64 {
     let decade = 10f64.powf(x.log10().floor());
@@ -82,19 +176,6 @@ pub fn mean_of_boxes(image: &RgbaImage, factor: u32) -> RgbaImage {
         let color = |c: usize| byte(linear_to_srgb((sum[c] / sum[3].max(1e-12)).clamp(0.0, 1.0)));
         let alpha = byte(sum[3] / pixels.len() as f64);
         Rgba([color(0), color(1), color(2), alpha])
-    })
-}
-
-/// A picture of differences `factor` times smaller: the brightest of each box of pixels, which is
-/// its greatest difference, so that one wrong pixel stays in sight.
-pub fn brightest_of_boxes(image: &RgbaImage, factor: u32) -> RgbaImage {
-    // Rec. 709's weights of luminance, which grows along the color map.
-    let luminance = |Rgba([r, g, b, _]): &Rgba<u8>| {
-        2126 * u32::from(*r) + 7152 * u32::from(*g) + 722 * u32::from(*b)
-    };
-    boxes(image, factor, |pixels| {
-        let brightest = pixels.iter().max_by_key(|pixel| luminance(pixel));
-        *brightest.expect("a box has a pixel")
     })
 }
 
@@ -146,14 +227,20 @@ fn transposed(image: &RgbaImage) -> RgbaImage {
     RgbaImage::from_fn(image.height(), image.width(), |x, y| *image.get_pixel(y, x))
 }
 
-/// An opaque image as a small PNG file, for the repository: slower to make, and without alpha.
+/// The image as a small PNG file, for the repository and for pages: slower to make, and without alpha
+/// where it is opaque.
 pub fn small_png(image: &RgbaImage) -> Vec<u8> {
-    let rgb = image::DynamicImage::from(image.clone()).into_rgb8();
+    let is_opaque = image.pixels().all(|pixel| pixel.0[3] == 255);
     let mut bytes = Vec::new();
     let encoder =
         PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
-    rgb.write_with_encoder(encoder)
-        .expect("memory takes any image");
+    let written = match is_opaque {
+        true => image::DynamicImage::from(image.clone())
+            .into_rgb8()
+            .write_with_encoder(encoder),
+        false => image.write_with_encoder(encoder),
+    };
+    written.expect("memory takes any image");
     bytes
 }
 
@@ -181,12 +268,56 @@ mod tests {
     }
 
     #[test]
+    fn differences_have_a_sign_and_a_scale_that_few_pixels_do_not_set() {
+        let pixels = |change: fn(usize, &mut [f32; 4])| {
+            let mut all = vec![[0.5, 0.5, 0.5, 1.0]; 4000];
+            all.iter_mut().enumerate().for_each(|(i, p)| change(i, p));
+            Frame::new((40, 100), all, FrameStats::default())
+        };
+        let truth = pixels(|_, _| ());
+        assert_eq!(signed_map(&truth, &truth), None);
+        // A half is darker by 2^-10 in red, 40 pixels brighter in alpha, and 3 not a number.
+        let map = signed_map(
+            &truth,
+            &pixels(|i, p| match i {
+                0..3 => p[1] = f32::NAN,
+                3..43 => p[3] += 1.0 / 1024.0,
+                43..2000 => p[0] -= 1.0 / 1024.0,
+                _ => {}
+            }),
+        )
+        .expect("they differ");
+        assert_eq!((map.end, map.beyond), (1e-3, 3));
+        let at = |i: u32| map.image.get_pixel(i % 40, i / 40).0;
+        assert_eq!(at(3999), [247, 247, 247, 255]);
+        assert_eq!(at(0), [103, 0, 31, 255]);
+        assert!(at(5)[0] > at(5)[2] && at(100)[2] > at(100)[0]);
+        // One wrong pixel alone sets the scale.
+        let one = signed_map(
+            &truth,
+            &pixels(|i, p| p[0] += if i == 7 { 0.03 } else { 0.0 }),
+        );
+        assert_eq!(one.map(|map| (map.end, map.beyond)), Some((0.05, 0)));
+    }
+
+    #[test]
     fn one_wrong_pixel_stays_in_smaller_differences() {
-        let mut image = RgbaImage::from_pixel(4, 4, Rgba([0, 0, 4, 255]));
-        image.put_pixel(3, 2, Rgba([187, 55, 84, 255]));
-        let small = brightest_of_boxes(&image, 2);
-        assert_eq!(small.get_pixel(1, 1).0, [187, 55, 84, 255]);
-        assert_eq!(small.get_pixel(0, 0).0, [0, 0, 4, 255]);
+        let mut image = RgbaImage::from_pixel(4, 4, signed_color(0.0));
+        image.put_pixel(3, 2, signed_color(-0.7));
+        let small = strongest_of_boxes(&image, 2);
+        assert_eq!(*small.get_pixel(1, 1), signed_color(-0.7));
+        assert_eq!(*small.get_pixel(0, 0), signed_color(0.0));
+    }
+
+    #[test]
+    fn what_is_around_a_pixel_is_cut_at_the_border() {
+        let image = RgbaImage::from_fn(20, 10, |x, y| Rgba([x as u8, y as u8, 0, 255]));
+        let of = |at| {
+            let part = around(&image, at, 3);
+            (part.dimensions(), part.get_pixel(0, 0).0[..2].to_vec())
+        };
+        assert_eq!(of([10, 5]), ((7, 7), vec![7, 2]));
+        assert_eq!(of([0, 9]), ((4, 4), vec![0, 6]));
     }
 
     #[test]

@@ -76,6 +76,24 @@ pub fn second_driver() -> Result<PathBuf, String> {
         .ok_or_else(|| format!("the package `{SECOND_PACKAGE}` brought no SwiftShader"))
 }
 
+/// Names under which a Chromium is found.
+const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+
+/// A browser that shows pages without a screen: Chromium, which [`second_driver`] installs, too.
+///
+/// # Errors
+/// That there is none, in words.
+pub fn browser() -> Result<PathBuf, String> {
+    let folders = env::var_os("PATH").unwrap_or_default();
+    let named = |name: &str| {
+        let mut places = env::split_paths(&folders);
+        places.find_map(|folder| Some(folder.join(name)).filter(|path| path.is_file()))
+    };
+    BROWSERS.into_iter().find_map(named).ok_or_else(|| {
+        format!("there is no Chromium; on Debian it is the package `{SECOND_PACKAGE}`")
+    })
+}
+
 /// Installs Debian packages and says so; whether that worked.
 fn install(prefix: &[&str], packages: &[&str]) -> bool {
     // Lists may be fresh enough even if an update fails; the installation decides.

@@ -133,7 +133,7 @@ fn compare(model: OpticalModel) {
                         model.name(),
                         drawn_by(algorithm)
                     );
-                    let limit = limit(promise, model, &frame.stats, Some(case.rough));
+                    let limit = limit(promise, model, frame.stats.order_proven, Some(case.rough));
                     let limit = limit.expect("a rough order has its bound");
                     let outliers = outliers(model);
                     failures.compare_most(&name, &expected, &frame, limit, outliers);

@@ -56,6 +56,7 @@ fn compared(algorithms: &[&str], model: &str, depth_cue: Option<f64>) -> Vec<ser
         orthographic: false,
         repeat: 1,
         out: Some(folder.path().join("out")),
+        check: false,
         json: false,
     };
     assert!(compare::run(&options).expect("compared"));

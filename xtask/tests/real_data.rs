@@ -59,7 +59,7 @@ fn compare(test: &str, file: &SceneFile, rough: f64) {
                     model.name(),
                     drawn_by(algorithm)
                 );
-                let limit = limit(promise, model, &frame.stats, Some(rough));
+                let limit = limit(promise, model, frame.stats.order_proven, Some(rough));
                 let limit = limit.expect("a rough order has its bound");
                 failures.compare_most(&name, &expected, &frame, limit, outliers(model));
             }

@@ -8,9 +8,47 @@
 
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::Samples;
-use tetrascope_core::{Error, Grid};
+use tetrascope_core::{CameraFit, Error, Grid};
 
 use crate::random::{Random, mix};
+use crate::{Dataset, Look, Make, knot};
+
+pub(crate) const DATASET: Dataset = Dataset {
+    name: "angiography",
+    about: "a regular grid: arteries in a head, as computed tomography shows them; mm",
+    paper: "Rezk Salama, Kolb 2005, section 7 (size and kinds of tissue; the arteries are grown)",
+    default_cells: 2_500_000,
+    max_cells: MOST as u64 / 2,
+    seeded: true,
+    make: Make::Grid(make),
+    look,
+};
+
+/// Cells along z for each along x and y, so that the paper's own share of resolution is kept in part:
+/// slices are farther apart than pixels.
+const FLATNESS: f64 = 0.375;
+
+fn make(cells: u64, seed: u64) -> Result<Grid, Error> {
+    let along_x = (cells as f64 / FLATNESS).cbrt();
+    let samples = |cells: f64| cells.round().max(1.0) as usize + 1;
+    let (x, z) = (samples(along_x), samples(FLATNESS * along_x));
+    angiography([x, x, z], seed)
+}
+
+/// Arteries over a haze of bone.
+fn look() -> Look {
+    let bone = [0.9, 0.87, 0.8];
+    Look {
+        fit: CameraFit::MinusY,
+        knots: vec![
+            knot(1450.0, bone, 0.0),
+            knot(1650.0, bone, 0.004),
+            knot(2000.0, bone, 0.0),
+            knot(2300.0, [0.8, 0.05, 0.02], 0.05),
+            knot(4000.0, [1.0, 0.55, 0.2], 0.25),
+        ],
+    }
+}
 
 /// The greatest sample: 12 bits, as scanners have them.
 pub const ANGIOGRAPHY_RANGE: u16 = 4095;

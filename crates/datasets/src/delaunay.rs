@@ -15,7 +15,7 @@ use tetrascope_core::mesh::Association;
 use tetrascope_core::{CameraFit, Error, Scalars, TetMesh};
 
 use crate::random::Random;
-use crate::{Dataset, Look, knot};
+use crate::{Dataset, Look, Make, knot};
 
 pub(crate) const DATASET: Dataset = Dataset {
     name: "delaunay",
@@ -24,7 +24,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     default_cells: 100_000,
     max_cells: 10_000_000,
     seeded: true,
-    make,
+    make: Make::Mesh(make),
     look,
 };
 

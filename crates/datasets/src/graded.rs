@@ -13,7 +13,7 @@ use tetrascope_core::mesh::Association;
 use tetrascope_core::{CameraFit, Error, Scalars, TetMesh};
 
 use crate::lattice::{Lattice, Split};
-use crate::{Dataset, Look, MOST_CELLS, knot};
+use crate::{Dataset, Look, MOST_CELLS, Make, knot};
 
 pub(crate) const DATASET: Dataset = Dataset {
     name: "graded",
@@ -22,7 +22,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     default_cells: 96_000,
     max_cells: MOST_CELLS,
     seeded: false,
-    make,
+    make: Make::Mesh(make),
     look,
 };
 

@@ -17,7 +17,7 @@ use tetrascope_core::mesh::Association;
 use tetrascope_core::{CameraFit, Error, Scalars, TetMesh};
 
 use crate::lattice::{Lattice, Split};
-use crate::{Dataset, Look, knot};
+use crate::{Dataset, Look, Make, knot};
 
 pub(crate) const DATASET: Dataset = Dataset {
     name: "heat-sink",
@@ -27,7 +27,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     // The solver's time grows as the power 4/3 of the cells.
     max_cells: 20_000_000,
     seeded: false,
-    make,
+    make: Make::Mesh(make),
     look,
 };
 

@@ -3,7 +3,7 @@
 //! They are those of the papers where the papers say enough to make them again,
 //! and what renderers find hard: a hole, slivers, irregular cells. [`all`] lists
 //! them, [`find`] looks one up by name; a [`Dataset`] makes its mesh with
-//! [`Dataset::mesh`] and says with [`Dataset::look`] how a picture shows it well.
+//! [`Dataset::mesh`], or its grid with [`Dataset::grid`], and says with [`Dataset::look`] how a picture shows it well.
 //!
 //! ```
 //! use tetrascope_datasets::{Options, find};
@@ -14,7 +14,7 @@
 //! ```
 //!
 //! Reading order: `lattice` cuts boxes into tetrahedra that agree across faces;
-//! then one module per data set. [`angiography`] makes a regular grid, and [`wave`] a mesh for
+//! then one module per data set. `angiography` is a regular grid, and [`wave`] makes a mesh for
 //! each step of time.
 
 mod lattice;
@@ -36,9 +36,9 @@ mod checks;
 pub use angiography::{ANGIOGRAPHY_RANGE, angiography};
 pub use wave::{WAVE_STEPS, wave};
 
-use tetrascope_core::{CameraFit, Error, Knot, TetMesh};
+use tetrascope_core::{CameraFit, Error, Grid, Knot, TetMesh, Volume};
 
-/// A named mesh with a field.
+/// A named mesh or regular grid with a field.
 #[derive(Debug)]
 pub struct Dataset {
     /// What it is called in scenes and on the command line.
@@ -53,8 +53,15 @@ pub struct Dataset {
     pub max_cells: u64,
     /// Whether [`Options::seed`] changes anything.
     pub seeded: bool,
-    make: fn(cells: u64, seed: u64) -> Result<TetMesh, Error>,
+    make: Make,
     look: fn() -> Look,
+}
+
+/// Makes so many cells from a seed.
+#[derive(Debug)]
+enum Make {
+    Mesh(fn(cells: u64, seed: u64) -> Result<TetMesh, Error>),
+    Grid(fn(cells: u64, seed: u64) -> Result<Grid, Error>),
 }
 
 /// How large and how random.
@@ -92,6 +99,7 @@ const ALL: &[Dataset] = &[
     torus::DATASET,
     delaunay::DATASET,
     graded::DATASET,
+    angiography::DATASET,
 ];
 
 /// Every data set.
@@ -111,10 +119,55 @@ pub fn find(name: &str) -> Result<&'static Dataset, Error> {
 }
 
 impl Dataset {
-    /// Makes the mesh. The same options give the same mesh, to the last bit.
+    /// Whether it is a regular grid.
+    pub fn is_grid(&self) -> bool {
+        matches!(self.make, Make::Grid(_))
+    }
+
+    /// Makes the mesh or the grid. The same options give the same, to the last bit.
     ///
-    /// Refuses no cells at all, and more than [`Dataset::max_cells`].
+    /// # Errors
+    /// [`Error::Invalid`] for no cells at all, and for more than [`Dataset::max_cells`].
+    pub fn volume(&self, options: &Options) -> Result<Volume, Error> {
+        let (cells, seed) = self.size(options)?;
+        match self.make {
+            Make::Mesh(make) => make(cells, seed).map(Volume::Mesh),
+            Make::Grid(make) => make(cells, seed).map(Volume::Grid),
+        }
+    }
+
+    /// Makes the mesh.
+    ///
+    /// # Errors
+    /// As [`Dataset::volume`], and for a grid.
     pub fn mesh(&self, options: &Options) -> Result<TetMesh, Error> {
+        let (cells, seed) = self.size(options)?;
+        match self.make {
+            Make::Mesh(make) => make(cells, seed),
+            Make::Grid(_) => Err(Error::Invalid {
+                what: format!("the data set '{}' is a regular grid and no mesh", self.name),
+                help: Some("draw it with an algorithm for grids".into()),
+            }),
+        }
+    }
+
+    /// Makes the grid.
+    ///
+    /// # Errors
+    /// As [`Dataset::volume`], and for a mesh.
+    pub fn grid(&self, options: &Options) -> Result<Grid, Error> {
+        let (cells, seed) = self.size(options)?;
+        match self.make {
+            Make::Grid(make) => make(cells, seed),
+            Make::Mesh(_) => Err(Error::Invalid {
+                what: format!("the data set '{}' is a mesh and no regular grid", self.name),
+                help: Some("take samples of it, or draw it as it is".into()),
+            }),
+        }
+    }
+
+    /// How many cells and which seed, if that many can be made.
+    fn size(&self, options: &Options) -> Result<(u64, u64), Error> {
         let cells = options.cells.unwrap_or(self.default_cells);
         if cells == 0 || cells > self.max_cells {
             return Err(Error::Invalid {
@@ -122,7 +175,7 @@ impl Dataset {
                 help: Some(format!("ask for 1 to {} cells", self.max_cells)),
             });
         }
-        (self.make)(cells, options.seed.unwrap_or(DEFAULT_SEED))
+        Ok((cells, options.seed.unwrap_or(DEFAULT_SEED)))
     }
 
     /// How a picture shows the data set well.
@@ -163,7 +216,7 @@ mod tests {
         for dataset in all() {
             for cells in [0, dataset.max_cells + 1, u64::MAX] {
                 let error = dataset
-                    .mesh(&Options {
+                    .volume(&Options {
                         cells: Some(cells),
                         seed: None,
                     })
@@ -177,7 +230,7 @@ mod tests {
 
     #[test]
     fn the_same_options_give_the_same_mesh() {
-        for dataset in all() {
+        for dataset in all().iter().filter(|dataset| !dataset.is_grid()) {
             let make = |seed| {
                 let cells = Some(dataset.default_cells.min(3000));
                 dataset.mesh(&Options { cells, seed }).expect("small")
@@ -202,7 +255,7 @@ mod tests {
                         cells: Some(cells),
                         seed: None,
                     };
-                    dataset.mesh(&options).expect("small").cell_count()
+                    dataset.volume(&options).expect("small").cell_count()
                 })
                 .collect();
             assert!(
@@ -213,10 +266,25 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_grid_is_no_mesh_and_a_mesh_no_grid() {
+        for dataset in all() {
+            let options = Options {
+                cells: Some(300),
+                seed: None,
+            };
+            assert_ne!(
+                dataset.mesh(&options).is_ok(),
+                dataset.grid(&options).is_ok()
+            );
+            assert_eq!(dataset.grid(&options).is_ok(), dataset.is_grid());
+        }
+    }
+
     // One cell is less than most can do: they make their coarsest mesh.
     #[test]
     fn the_coarsest_mesh_is_valid() {
-        for dataset in all() {
+        for dataset in all().iter().filter(|dataset| !dataset.is_grid()) {
             let options = Options {
                 cells: Some(1),
                 seed: None,
@@ -231,9 +299,9 @@ mod tests {
     #[test]
     fn looks_are_valid_and_show_something() {
         for dataset in all() {
-            let mesh = dataset.mesh(&Options::default()).expect("default size");
-            let diagonal = mesh.bounds().diagonal();
-            let (low, high) = mesh.scalar_range().expect("a field");
+            let volume = dataset.volume(&Options::default()).expect("default size");
+            let diagonal = volume.bounds().diagonal();
+            let (low, high) = volume.scalar_range().expect("a field");
             let function = TransferFunction::new(dataset.look().knots).expect("valid knots");
             let (first, last) = function.range();
             let slack = 0.25 * (high - low).max(1e-12);

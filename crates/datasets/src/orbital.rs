@@ -16,7 +16,7 @@ use tetrascope_core::mesh::Association;
 use tetrascope_core::{CameraFit, Error, Scalars, TetMesh};
 
 use crate::lattice::{Lattice, Split, nearest_dimensions};
-use crate::{Dataset, Look, MOST_CELLS, knot};
+use crate::{Dataset, Look, MOST_CELLS, Make, knot};
 
 pub(crate) const DATASET: Dataset = Dataset {
     name: "orbital",
@@ -25,7 +25,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     default_cells: 148_955,
     max_cells: MOST_CELLS,
     seeded: false,
-    make,
+    make: Make::Mesh(make),
     look,
 };
 

@@ -11,7 +11,7 @@ use tetrascope_core::mesh::{Association, Split};
 use tetrascope_core::{CameraFit, Cells, Error, Scalars, TetMesh};
 
 use crate::lattice::{Lattice, nearest_factors};
-use crate::{Dataset, Look, MOST_CELLS, knot};
+use crate::{Dataset, Look, MOST_CELLS, Make, knot};
 
 pub(crate) const DATASET: Dataset = Dataset {
     name: "staircase",
@@ -20,7 +20,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     default_cells: 23,
     max_cells: MOST_CELLS / 6,
     seeded: false,
-    make,
+    make: Make::Mesh(make),
     look,
 };
 

@@ -13,7 +13,7 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{CameraFit, Error, Scalars, TetMesh};
 
-use crate::{Dataset, Look, MOST_CELLS, knot};
+use crate::{Dataset, Look, MOST_CELLS, Make, knot};
 
 pub(crate) const DATASET: Dataset = Dataset {
     name: "torus",
@@ -22,7 +22,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     default_cells: 150_000,
     max_cells: MOST_CELLS,
     seeded: false,
-    make,
+    make: Make::Mesh(make),
     look,
 };
 

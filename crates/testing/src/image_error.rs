@@ -1,11 +1,11 @@
 //! How far one picture is from another.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use tetrascope_core::Frame;
 
 /// The error of an image against the truth, over all pixels and all four
 /// channels of premultiplied linear RGBA.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct ImageError {
     /// √(mean of squared differences).
     pub rmse: f64,

@@ -7,7 +7,9 @@ use tetrascope_core::grid::Interpolation;
 use tetrascope_core::mesh::{Association, type_name, volume_corners};
 use tetrascope_core::{Bounds, Error, Scalars, TetMesh, Volume, number};
 use tetrascope_datasets::{Dataset, Options};
-use tetrascope_io::{FileData, GridData, MeshData, ReadOptions, read_file};
+use tetrascope_io::{
+    FieldSamples, FileData, GridData, GridField, MeshData, ReadOptions, read_file,
+};
 use tetrascope_scene::{AppearanceSpec, CameraSpec, SceneFile, VolumeSource};
 
 /// A volume and what was found out while loading it.
@@ -150,7 +152,7 @@ pub fn load_fields(source: &VolumeSource, names: Option<&[String]>) -> Result<Lo
                 )?;
             }
             let Volume::Mesh(mesh) = from_dataset(name, source)?.volume else {
-                unreachable!("data sets are meshes");
+                unreachable!("a grid was opened as one");
             };
             return Ok(LoadedFields {
                 fields: vec![mesh.scalars().clone()],
@@ -220,7 +222,9 @@ pub fn check(source: &VolumeSource) -> Result<(), Error> {
             "`cells` and `seed` are for data sets, and the volume is a file".into(),
             "leave them out",
         ),
-        (None, Some(_)) if source.interpolation.is_some() => no_interpolation("the data set"),
+        (None, Some(name)) if source.interpolation.is_some() && !is_grid(name) => {
+            no_interpolation("the data set")
+        }
         (None, Some(_)) if source.solution.is_some() => wrong(
             "`solution` is for Plot3D files, and the volume is a data set".into(),
             "leave it out",
@@ -264,7 +268,7 @@ fn open(source: &VolumeSource) -> Result<Opened<'_>, Error> {
     check(source)?;
     let path = match (&source.file, &source.dataset) {
         (Some(path), _) => path,
-        (None, Some(name)) => return Ok(Opened::Dataset(name)),
+        (None, Some(name)) => return open_dataset(name, source),
         (None, None) => return Err(Error::invalid("a volume that `check` refuses")),
     };
     let options = ReadOptions {
@@ -279,6 +283,39 @@ fn open(source: &VolumeSource) -> Result<Opened<'_>, Error> {
         }
         FileData::Mesh(data) => Ok(Opened::Mesh(data)),
         FileData::Grid(data) => Ok(Opened::Grid(data)),
+    }
+}
+
+fn is_grid(dataset: &str) -> bool {
+    tetrascope_datasets::find(dataset).is_ok_and(Dataset::is_grid)
+}
+
+/// A data set that is a grid goes the way of grids in files.
+fn open_dataset<'a>(name: &'a str, source: &VolumeSource) -> Result<Opened<'a>, Error> {
+    let dataset = tetrascope_datasets::find(name)?;
+    if !dataset.is_grid() {
+        return Ok(Opened::Dataset(name));
+    }
+    let grid = dataset.grid(&options(source))?;
+    Ok(Opened::Grid(GridData {
+        fields: vec![GridField {
+            name: name.into(),
+            association: Association::Point,
+            lattice: *grid.lattice(),
+            samples: FieldSamples::Loaded(grid.samples().clone()),
+            offset: 0.0,
+        }],
+        space: None,
+        notes: Vec::new(),
+        files: Vec::new(),
+    }))
+}
+
+/// How large and how random a source wants its data set.
+fn options(source: &VolumeSource) -> Options {
+    Options {
+        cells: source.cells,
+        seed: source.seed,
     }
 }
 
@@ -436,10 +473,7 @@ pub fn scene(dataset: &Dataset) -> SceneFile {
 }
 
 fn from_dataset(name: &str, source: &VolumeSource) -> Result<Loaded, Error> {
-    let mesh = tetrascope_datasets::find(name)?.mesh(&Options {
-        cells: source.cells,
-        seed: source.seed,
-    })?;
+    let mesh = tetrascope_datasets::find(name)?.mesh(&options(source))?;
     let field = FieldSummary {
         name: mesh.scalars().name.clone(),
         association: association(mesh.scalars().association),

@@ -9,8 +9,12 @@ use tetrascope::volumes;
 
 use super::Options;
 
-/// What is drawn when nothing is named: two convex meshes and one with notches.
-const DEFAULT_SCENES: [&str; 3] = ["sphere", "orbital", "heat-sink"];
+/// What is drawn when nothing is named: a convex mesh, one with notches and a grid.
+const DEFAULT_SCENES: [&str; 3] = ["sphere", "heat-sink", "angiography"];
+
+/// Pixels a side and cells of a data set where all bounds are checked quickly: cells are a few pixels
+/// wide, and a mesh has several hundred at its border.
+const CHECKED: (u32, u64) = (96, 3000);
 
 /// What is drawn in parallel, too, when nothing is named: some settings draw nothing else.
 const DEFAULT_PARALLEL: (&str, OpticalModel) = ("sphere", OpticalModel::Emission);
@@ -43,7 +47,10 @@ pub(super) struct PlannedScene {
 
 /// Finds everything that the options name, before anything is drawn.
 pub(super) fn plan(options: &Options) -> Result<Plan, Error> {
-    let size = options.size.as_deref().map(parse_size).transpose()?;
+    let size = match options.check {
+        true => Some((CHECKED.0, CHECKED.0)),
+        false => options.size.as_deref().map(parse_size).transpose()?,
+    };
     let models = options
         .models
         .iter()
@@ -75,6 +82,10 @@ pub(super) fn plan(options: &Options) -> Result<Plan, Error> {
         scenes.push(scene);
     }
     for scene in &mut scenes {
+        let volume = &mut scene.file.volume;
+        if options.check && volume.dataset.is_some() && volume.cells.is_none() {
+            volume.cells = Some(CHECKED.1);
+        }
         let image = &mut scene.file.image;
         if let Some((width, height)) = size {
             (image.width, image.height) = (Some(width), Some(height));
@@ -97,7 +108,7 @@ pub(super) fn plan(options: &Options) -> Result<Plan, Error> {
     Ok(Plan {
         scenes,
         algorithms,
-        repeat: options.repeat,
+        repeat: if options.check { 1 } else { options.repeat },
     })
 }
 

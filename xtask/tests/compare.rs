@@ -1,0 +1,191 @@
+//! `cargo xtask compare --check`: all default scenes, small, and the page in a real browser.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use tetrascope_testing::say;
+use xtask::compare::{self, Options};
+use xtask::setup::{adapter_is_required, browser};
+use xtask::testing::algorithms;
+
+/// What a browser is asked of a page: it does what a person would, and leaves what it finds as text.
+const QUESTIONS: &str = include_str!("compare/questions.js");
+
+fn check(out: &Path) -> Options {
+    Options {
+        scenes: Vec::new(),
+        field: None,
+        algorithms: Vec::new(),
+        models: vec!["emission-absorption".into(), "emission".into()],
+        size: None,
+        orthographic: false,
+        repeat: 5,
+        out: Some(out.into()),
+        check: true,
+        json: false,
+    }
+}
+
+fn read(path: PathBuf) -> String {
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The errors of a report, one a line, with what they are of.
+fn errors(report: &serde_json::Value) -> Vec<String> {
+    let mut lines = Vec::new();
+    for scene in report["scenes"].as_array().expect("scenes") {
+        for model in scene["models"].as_array().expect("models") {
+            for row in model["rows"].as_array().expect("rows") {
+                lines.push(format!(
+                    "{} {} {} {}: {}",
+                    scene["name"],
+                    model["model"],
+                    row["algorithm"],
+                    row["setting"],
+                    row["outcome"]["drawn"]["error"]
+                ));
+            }
+        }
+    }
+    lines
+}
+
+#[test]
+fn all_bounds_are_kept_and_a_browser_shows_the_page() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    assert!(compare::run(&check(&out)).expect("compared"));
+    let report: serde_json::Value =
+        serde_json::from_str(&read(out.join("report.json"))).expect("JSON");
+    let scenes = report["scenes"].as_array().expect("scenes");
+    let names: Vec<&str> = scenes.iter().filter_map(|s| s["name"].as_str()).collect();
+    assert_eq!(
+        names,
+        ["sphere", "heat-sink", "angiography", "sphere, parallel"]
+    );
+    let has_gpu = algorithms("compare").iter().any(|a| a.needs_gpu);
+    if has_gpu {
+        // Every algorithm draws in some scene.
+        for algorithm in tetrascope::algorithms() {
+            let mut rows = scenes
+                .iter()
+                .flat_map(|scene| scene["models"].as_array().expect("models"))
+                .flat_map(|model| model["rows"].as_array().expect("rows"));
+            let drawn = |row: &serde_json::Value| {
+                row["algorithm"] == algorithm.name && row["outcome"]["drawn"].is_object()
+            };
+            assert!(rows.any(drawn), "{}", algorithm.name);
+        }
+        assert!(
+            report["checks"]
+                .as_array()
+                .is_some_and(|checks| checks.len() > 5)
+        );
+    }
+    assert_eq!(report["resumed"], 0);
+    assert!(!out.join("parts").exists(), "all is done");
+    look(&out.join("index.html"));
+}
+
+#[test]
+fn what_is_done_of_a_run_is_not_done_again_and_no_error_differs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let options = |algorithms: &str| Options {
+        scenes: vec!["sphere".into(), "staircase".into()],
+        algorithms: vec![algorithms.into()],
+        ..check(&out)
+    };
+    let run = |options: &Options| {
+        assert!(compare::run(options).expect("compared"));
+        serde_json::from_str::<serde_json::Value>(&read(out.join("report.json"))).expect("JSON")
+    };
+    let algorithm = algorithms("compare")
+        .last()
+        .expect("the reference at least")
+        .name;
+    let whole = run(&options(algorithm));
+    // A run that is stopped: its report cannot be written.
+    let page = out.join("index.html");
+    std::fs::remove_file(&page).expect("written above");
+    std::fs::create_dir(&page).expect("made");
+    compare::run(&options(algorithm)).expect_err("a folder is in the way");
+    std::fs::remove_dir(&page).expect("made above");
+    // Another run takes nothing of it and leaves it alone until it is done.
+    let mut parts = std::fs::read_dir(out.join("parts")).expect("parts");
+    let parts = parts.next().expect("of one run").expect("readable").path();
+    std::fs::write(parts.join("1-1.json"), "{ damaged").expect("written");
+    let resumed = run(&options(algorithm));
+    assert_eq!(resumed["resumed"], 3);
+    assert_eq!(errors(&whole), errors(&resumed));
+    assert_eq!(whole["checks"], resumed["checks"]);
+    assert_eq!(run(&options(algorithm))["resumed"], 0);
+}
+
+/// Opens a page in a headless browser and asks [`QUESTIONS`].
+fn look(page: &Path) {
+    let browser = match browser() {
+        Ok(browser) => browser,
+        Err(why) => {
+            assert!(!adapter_is_required(), "CI is set, but: {why}");
+            say(&format!("skipped: the page in a browser: {why}"));
+            return;
+        }
+    };
+    // A copy asks itself: what goes wrong before the page's own script is noted, too.
+    let text = read(page.into());
+    let noted = "<script>window.wrong = []; addEventListener('error', (e) => wrong.push(e.message ?? e.target.outerHTML.slice(0, 80)), true); console.error = console.warn = (...all) => wrong.push(all.join(' '));</script>";
+    let asked = text
+        .replacen("<head>", &format!("<head>{noted}"), 1)
+        .replacen(
+            "</body>",
+            &format!("<script>{QUESTIONS}</script></body>"),
+            1,
+        );
+    assert!(asked.len() > text.len() + QUESTIONS.len());
+    let copy = page.with_file_name("asked.html");
+    std::fs::write(&copy, asked).expect("written");
+    let profile = page.with_file_name("profile");
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-dev-shm-usage",
+        ])
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .args([
+            "--virtual-time-budget=60000",
+            "--window-size=1200,900",
+            "--dump-dom",
+        ])
+        .arg(format!("file://{}", copy.display()))
+        .output()
+        .expect("it runs");
+    let dom = String::from_utf8_lossy(&output.stdout);
+    let answers = dom
+        .split_once("<pre id=\"answers\">")
+        .and_then(|(_, rest)| rest.split_once("</pre>"));
+    let Some((answers, _)) = answers else {
+        panic!(
+            "the page did not answer: {} bytes, {}",
+            dom.len(),
+            String::from_utf8_lossy(&output.stderr)
+        );
+    };
+    let answers: serde_json::Value = serde_json::from_str(answers).expect("JSON");
+    assert_eq!(answers["wrong"], serde_json::json!([]));
+    assert_eq!(answers["unresolved"], serde_json::json!([]));
+    assert!(answers["images"].as_u64() > Some(10), "{answers}");
+    // In every scene the slider moves, a key moves it, the blink blinks and the difference shows.
+    for viewer in answers["viewers"].as_array().expect("viewers") {
+        for what in ["shown", "slider", "drag", "blink", "zoom", "words", "model"] {
+            assert_eq!(viewer[what], true, "{what} in {viewer}");
+        }
+    }
+    assert!(
+        answers["viewers"]
+            .as_array()
+            .is_some_and(|all| !all.is_empty())
+    );
+}
