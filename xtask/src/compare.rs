@@ -10,6 +10,7 @@
 mod contender;
 mod judge;
 mod parts;
+mod peer;
 mod plan;
 
 pub use plan::resolve;
@@ -26,6 +27,7 @@ use tetrascope_testing::ImageError;
 use self::contender::{Contender, milliseconds};
 use self::judge::{checks, model_report, truth_of};
 use self::parts::{Part, Parts};
+use self::peer::Peer;
 use crate::output::{phase, progress, write};
 use crate::picture::{shown, signed_map};
 use crate::report::{Difference, Extras, Outcome, Picture, Pictures, Row, SceneReport};
@@ -61,6 +63,9 @@ pub struct Options {
     /// Print the report as JSON in place of the table
     #[arg(long)]
     pub json: bool,
+    /// Draw with another program's renderers, too: VTK's by Python
+    #[arg(long, value_parser = [peer::VTK])]
+    pub peer: Option<String>,
     /// Small meshes and pictures and one timed frame: are all bounds kept?
     #[arg(long, conflicts_with_all = ["size", "repeat"])]
     pub check: bool,
@@ -71,6 +76,7 @@ pub struct Options {
 /// Returns whether every error is within its bound.
 pub fn run(options: &Options) -> Result<bool, Error> {
     let plan = plan::plan(options)?;
+    let peer = options.peer.as_ref().map(|_| Peer::find()).transpose()?;
     let adapter = match plan.algorithms.iter().any(|a| a.needs_gpu) {
         true => setup::setup(),
         false => Err(Error::NoAdapter {
@@ -85,14 +91,17 @@ pub fn run(options: &Options) -> Result<bool, Error> {
         .out
         .clone()
         .unwrap_or_else(|| machine::target().join("compare"));
-    let parts = Parts::open(&folder, &plan, adapter.as_ref().ok());
+    let version = peer.as_ref().map(|peer| peer.version.as_str());
+    let parts = Parts::open(&folder, &plan, (adapter.as_ref().ok(), version));
     let context = Context::new();
     let mut report = machine::describe(adapter, plan.repeat);
+    report.machine.peer = version.map(String::from);
     let mut pictures = Pictures::default();
     let progress = progress(plan.scenes.iter().map(|s| s.models.len() as u64).sum());
     let session = Session {
         context: &context,
         plan: &plan,
+        peer: peer.as_ref(),
         parts: &parts,
         progress: &progress,
     };
@@ -142,6 +151,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
 struct Session<'a> {
     context: &'a Context,
     plan: &'a plan::Plan,
+    peer: Option<&'a Peer>,
     parts: &'a Parts,
     progress: &'a ProgressBar,
 }
@@ -187,10 +197,19 @@ impl Session<'_> {
                 None => {
                     phase(self.progress, &what);
                     let contenders = self.draw(volume, &scene, &what)?;
-                    let part = Part {
+                    let mut part = Part {
                         model: model_report(&scene, model, &contenders),
                         pictures: show(&contenders),
                     };
+                    let truth = truth_of(&contenders).map(|(_, frame)| frame);
+                    if let Some((peer, truth)) = self.peer.zip(truth) {
+                        phase(self.progress, &format!("{what}: {}", peer.version));
+                        let (context, repeat) = (self.context, self.plan.repeat);
+                        let drawn = peer.draw(context, volume, &scene, truth, repeat)?;
+                        part.model.rows.extend(drawn.0);
+                        // One of its mappers is enough to look at.
+                        part.pictures.extend(drawn.1.into_iter().next());
+                    }
                     self.parts.write(place, &part, &report.sha256)?;
                     part
                 }

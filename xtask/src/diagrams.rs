@@ -29,10 +29,12 @@ pub struct LegendItem {
 }
 
 /// Which color and marker an algorithm has: its place in the registry, so that it is the same in
-/// every report. The truth comes first there and has none.
+/// every report. The truth comes first there and has none; peers, which are not there, have the last.
 pub fn style(algorithm: &str) -> usize {
     let mut drawn = tetrascope::algorithms().iter().filter(|a| !a.is_truth());
-    drawn.position(|a| a.name == algorithm).unwrap_or(0)
+    drawn
+        .position(|a| a.name == algorithm)
+        .unwrap_or(STYLES - 1)
 }
 
 const MIB: f64 = (1 << 20) as f64;
@@ -186,7 +188,9 @@ mod tests {
         let drawn = tetrascope::algorithms().iter().filter(|a| !a.is_truth());
         let styles: Vec<usize> = drawn.map(|a| style(a.name)).collect();
         assert_eq!(styles, (0..styles.len()).collect::<Vec<_>>());
-        assert!(styles.len() <= STYLES);
+        // The last is for peers.
+        assert!(styles.len() < STYLES);
+        assert_eq!(style("vtk"), STYLES - 1);
     }
 
     #[test]

@@ -58,6 +58,7 @@ pub fn describe(adapter: Result<String, Error>, repeat: u32) -> Report {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             adapter,
             no_adapter,
+            peer: None,
         },
         repeat,
         resumed: 0,

@@ -79,6 +79,8 @@ pub struct Machine {
     pub adapter: Option<String>,
     /// Why there is no adapter.
     pub no_adapter: Option<String>,
+    /// The peer and its version, "VTK 9.5.0"; `None` where none was asked.
+    pub peer: Option<String>,
 }
 
 /// A scene, under one or more optical models.
@@ -407,6 +409,7 @@ pub(crate) mod tests {
                 threads: 2,
                 adapter: None,
                 no_adapter: Some("none found".into()),
+                peer: None,
             },
             repeat: 3,
             resumed: 0,

@@ -22,6 +22,7 @@ fn check(out: &Path) -> Options {
         repeat: 5,
         out: Some(out.into()),
         check: true,
+        peer: None,
         json: false,
     }
 }

@@ -57,6 +57,7 @@ fn compared(algorithms: &[&str], model: &str, depth_cue: Option<f64>) -> Vec<ser
         repeat: 1,
         out: Some(folder.path().join("out")),
         check: false,
+        peer: None,
         json: false,
     };
     assert!(compare::run(&options).expect("compared"));

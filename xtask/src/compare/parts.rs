@@ -16,6 +16,7 @@ use tetrascope::Settings;
 use tetrascope::core::Error;
 use tetrascope::scene::Scene;
 
+use super::peer::VTK;
 use super::plan::Plan;
 use crate::output::write;
 use crate::picture::{SignedMap, png};
@@ -34,6 +35,9 @@ pub(super) struct Parts {
     /// Of runs like this one; `None` where this program cannot be told from another.
     own: Option<PathBuf>,
 }
+
+/// The adapter and the peer, in words, as far as there are.
+type Device<'a> = (Option<&'a String>, Option<&'a str>);
 
 /// A part as a file.
 #[derive(Deserialize, Serialize)]
@@ -61,9 +65,9 @@ struct StoredDifference {
 
 impl Parts {
     /// The parts of runs like this one, beside its report.
-    pub(super) fn open(out: &Path, plan: &Plan, adapter: Option<&String>) -> Parts {
+    pub(super) fn open(out: &Path, plan: &Plan, device: Device) -> Parts {
         let folder = out.join("parts");
-        let own = name(plan, adapter).map(|name| folder.join(name));
+        let own = name(plan, device).map(|name| folder.join(name));
         Parts { folder, own }
     }
 
@@ -86,9 +90,12 @@ impl Parts {
         }
         let mut model = stored.model;
         for row in &mut model.rows {
-            let algorithm = tetrascope::algorithm(&row.algorithm).ok()?;
-            let settings = Settings::parse(algorithm, row.setting.split(',')).ok()?;
-            row.promise = (algorithm.promise)(&settings);
+            // A peer promises nothing.
+            if row.algorithm != VTK {
+                let algorithm = tetrascope::algorithm(&row.algorithm).ok()?;
+                let settings = Settings::parse(algorithm, row.setting.split(',')).ok()?;
+                row.promise = (algorithm.promise)(&settings);
+            }
         }
         let pictures = stored.pictures.into_iter().map(StoredPicture::read);
         Some(Part {
@@ -130,10 +137,10 @@ impl Parts {
 }
 
 /// A name for runs like this one, from the program's own bytes, what it draws, and on what.
-fn name(plan: &Plan, adapter: Option<&String>) -> Option<String> {
+fn name(plan: &Plan, device: Device) -> Option<String> {
     let mut hash = Sha256::new();
     hash.update(std::fs::read(std::env::current_exe().ok()?).ok()?);
-    hash.update(format!("{adapter:?} {}", plan.repeat));
+    hash.update(format!("{device:?} {}", plan.repeat));
     for algorithm in &plan.algorithms {
         hash.update(algorithm.name);
     }
