@@ -10,8 +10,10 @@
 mod contender;
 mod judge;
 mod parts;
+pub mod peak;
 mod peer;
 mod plan;
+mod scaling;
 
 pub use plan::resolve;
 
@@ -30,11 +32,13 @@ use self::parts::{Part, Parts};
 use self::peer::Peer;
 use crate::output::{phase, progress, write};
 use crate::picture::{shown, signed_map};
-use crate::report::{Difference, Extras, Outcome, Picture, Pictures, Row, SceneReport};
+use crate::report::{
+    Difference, Extras, ModelReport, Outcome, Picture, Pictures, Row, SceneReport,
+};
 use crate::{figures, machine, setup, sweep};
 
 /// What to compare.
-#[derive(clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub struct Options {
     /// Mesh files, scene files (.toml, .json) or data sets [default: sphere heat-sink angiography]
     #[arg(value_name = "FILE|DATASET|SCENE")]
@@ -66,6 +70,12 @@ pub struct Options {
     /// Draw with another program's renderers, too: VTK's by Python
     #[arg(long, value_parser = [peer::VTK])]
     pub peer: Option<String>,
+    /// Measure how times grow with cells and pixels, too: some minutes more
+    #[arg(long)]
+    pub scaling: bool,
+    /// Measure the most memory that each takes, in a process of its own: as long again
+    #[arg(long)]
+    pub memory: bool,
     /// Small meshes and pictures and one timed frame: are all bounds kept?
     #[arg(long, conflicts_with_all = ["size", "repeat"])]
     pub check: bool,
@@ -92,7 +102,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
         .clone()
         .unwrap_or_else(|| machine::target().join("compare"));
     let version = peer.as_ref().map(|peer| peer.version.as_str());
-    let parts = Parts::open(&folder, &plan, (adapter.as_ref().ok(), version));
+    let parts = Parts::open(&folder, options, (adapter.as_ref().ok(), version));
     let context = Context::new();
     let mut report = machine::describe(adapter, plan.repeat);
     report.machine.peer = version.map(String::from);
@@ -102,6 +112,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
         context: &context,
         plan: &plan,
         peer: peer.as_ref(),
+        memory: options.memory,
         parts: &parts,
         progress: &progress,
     };
@@ -110,6 +121,9 @@ pub fn run(options: &Options) -> Result<bool, Error> {
         report.checks.extend(checks(&scene));
         report.scenes.push(scene);
         report.resumed += resumed;
+    }
+    if options.scaling {
+        report.scaling = scaling::measure(&context, &plan, &progress)?;
     }
     progress.finish_and_clear();
     let mut extras = Extras {
@@ -152,6 +166,7 @@ struct Session<'a> {
     context: &'a Context,
     plan: &'a plan::Plan,
     peer: Option<&'a Peer>,
+    memory: bool,
     parts: &'a Parts,
     progress: &'a ProgressBar,
 }
@@ -201,6 +216,9 @@ impl Session<'_> {
                         model: model_report(&scene, model, &contenders),
                         pictures: show(&contenders),
                     };
+                    if self.memory {
+                        self.measure_memory(&mut part.model, &what);
+                    }
                     let truth = truth_of(&contenders).map(|(_, frame)| frame);
                     if let Some((peer, truth)) = self.peer.zip(truth) {
                         phase(self.progress, &format!("{what}: {}", peer.version));
@@ -219,6 +237,16 @@ impl Session<'_> {
             self.progress.inc(1);
         }
         Ok((report, resumed))
+    }
+
+    /// The most memory that each row's picture takes.
+    fn measure_memory(&self, model: &mut ModelReport, what: &str) {
+        phase(self.progress, &format!("{what}: memory"));
+        for row in &mut model.rows {
+            if let Outcome::Drawn(drawn) = &mut row.outcome {
+                drawn.peak_bytes = peak::of(&model.scene, &row.algorithm, &row.setting);
+            }
+        }
     }
 
     /// Builds every contender and draws its frames, the ground truth's first.

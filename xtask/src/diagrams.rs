@@ -28,6 +28,17 @@ pub struct LegendItem {
     pub mark: &'static str,
 }
 
+impl LegendItem {
+    /// An algorithm's.
+    pub fn of(algorithm: &str) -> LegendItem {
+        LegendItem {
+            name: algorithm.into(),
+            class: format!("s{}", style(algorithm) % STYLES),
+            mark: mark(style(algorithm)),
+        }
+    }
+}
+
 /// Which color and marker an algorithm has: its place in the registry, so that it is the same in
 /// every report. The truth comes first there and has none; peers, which are not there, have the last.
 pub fn style(algorithm: &str) -> usize {
@@ -55,14 +66,7 @@ impl Diagrams {
             }
         }
         Some(Diagrams {
-            legend: names
-                .into_iter()
-                .map(|name| LegendItem {
-                    name: name.into(),
-                    class: format!("s{}", style(name) % STYLES),
-                    mark: mark(style(name)),
-                })
-                .collect(),
+            legend: names.into_iter().map(LegendItem::of).collect(),
             time: panels(scene, "time per frame, ms", time),
             memory: panels(scene, "resident memory, MiB", memory),
         })
@@ -126,6 +130,8 @@ fn panels(
             x_name,
             x,
             y,
+            y_name: "RMSE",
+            has_front: true,
             series: &series.collect::<Vec<_>>(),
             truth: model.truth().map(&x_of),
             truth_bound: model.truth_bound,
@@ -136,7 +142,7 @@ fn panels(
 }
 
 /// log₁₀ of the range of `values` > 0, a decade at least, and room for markers and labels.
-fn snug(values: impl Iterator<Item = f64>) -> (f64, f64) {
+pub(crate) fn snug(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let ends = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = values.fold(ends, |(low, high), value| {
         (low.min(value.log10()), high.max(value.log10()))

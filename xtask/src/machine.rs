@@ -63,6 +63,7 @@ pub fn describe(adapter: Result<String, Error>, repeat: u32) -> Report {
         repeat,
         resumed: 0,
         scenes: Vec::new(),
+        scaling: Vec::new(),
         checks: Vec::new(),
     }
 }

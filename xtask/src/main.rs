@@ -32,6 +32,9 @@ enum Task {
     Machine(sweep::Options),
     /// Draw figures 3 to 6 of Prakash and Manohar's paper again
     Figures(voxel_figures::Options),
+    /// Draw a scene once and print the most memory that this took
+    #[command(name = compare::peak::COMMAND, hide = true)]
+    Peak { algorithm: String, setting: String },
     /// Accept the pictures of the last snapshot test
     Bless,
 }
@@ -61,6 +64,12 @@ fn main() -> ExitCode {
             true => ExitCode::SUCCESS,
             false => ExitCode::from(MISSED),
         })),
+        Task::Peak { algorithm, setting } => {
+            finish(compare::peak::run(&algorithm, &setting).map(|bytes| {
+                println!("{bytes}");
+                ExitCode::SUCCESS
+            }))
+        }
         Task::Machine(options) => finish(sweep::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Figures(options) => finish(voxel_figures::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Bless => finish(testing::bless().map(|blessed| {

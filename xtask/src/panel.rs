@@ -1,4 +1,4 @@
-//! One work-precision diagram as SVG: error against time or memory, both axes logarithmic.
+//! One diagram as SVG, both axes logarithmic: error against time or memory, or time against a size.
 //!
 //! Points of one algorithm are joined in the order of its sweep. The Pareto front is a wide step
 //! line behind them. Colors are classes of `style.css`, which has them for light and dark pages.
@@ -13,7 +13,7 @@ use crate::plot::power_of_ten;
 pub struct Point {
     /// Time or memory, above 0.
     pub x: f64,
-    /// The error, 0 at least.
+    /// What is on the vertical axis, the error for one, 0 at least.
     pub error: f64,
     /// The setting in few words.
     pub label: String,
@@ -39,6 +39,10 @@ pub struct Panel<'a> {
     pub x: (f64, f64),
     /// log₁₀ of the axes' ends.
     pub y: (f64, f64),
+    /// The vertical axis's name.
+    pub y_name: &'static str,
+    /// Whether less of both is better, so that there is a front.
+    pub has_front: bool,
     /// The lines.
     pub series: &'a [Series],
     /// What the ground truth took.
@@ -115,7 +119,9 @@ impl Panel<'_> {
             }
         }
         let front: Vec<&Mark> = marks.iter().filter(|mark| mark.is_front).collect();
-        _ = write!(svg, "<path class=\"front\" d=\"{}\"/>", steps(&front));
+        if self.has_front {
+            _ = write!(svg, "<path class=\"front\" d=\"{}\"/>", steps(&front));
+        }
         for series in self.series {
             let path: Vec<String> = self
                 .visible(series)
@@ -190,10 +196,10 @@ impl Panel<'_> {
                     algorithm: series.algorithm,
                     label: point.label.clone(),
                     title: format!(
-                        "{} {}: RMSE {:.2e}, {:.3} {unit}",
-                        series.name, point.label, point.error, point.x
+                        "{} {}: {} {:.2e}, {:.3} {unit}",
+                        series.name, point.label, self.y_name, point.error, point.x
                     ),
-                    is_front: !all().any(beats),
+                    is_front: self.has_front && !all().any(beats),
                 });
             }
         }
@@ -247,11 +253,12 @@ impl Panel<'_> {
         _ = write!(
             svg,
             "<text class=\"name middle\" x=\"{}\" y=\"{}\">{}</text>\
-             <text class=\"name middle\" transform=\"translate(11 {}) rotate(-90)\">RMSE</text>",
+             <text class=\"name middle\" transform=\"translate(11 {}) rotate(-90)\">{}</text>",
             (left + right) / 2.0,
             HEIGHT - 8.0,
             escaped(self.x_name),
-            (top + bottom) / 2.0
+            (top + bottom) / 2.0,
+            escaped(self.y_name)
         );
     }
 }
@@ -371,6 +378,8 @@ mod tests {
             x_name: "time per frame, ms",
             x: (0.0, 3.0),
             y: (-8.0, 0.0),
+            y_name: "RMSE",
+            has_front: true,
             series,
             truth: Some(300.0),
             truth_bound: Some(1e-7),

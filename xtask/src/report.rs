@@ -6,12 +6,14 @@
 mod numbers;
 mod page;
 mod pictures;
+mod scaling;
 mod skipped;
 mod table;
 
 pub use numbers::{bytes, milliseconds, scientific};
 pub use page::Extras;
 pub use pictures::{Difference, Picture, Pictures};
+pub use scaling::Scaling;
 
 pub(crate) use numbers::thousands;
 
@@ -43,6 +45,8 @@ pub struct Report {
     pub resumed: usize,
     /// What was drawn.
     pub scenes: Vec<SceneReport>,
+    /// How times grow with cells and pixels, where that was asked.
+    pub scaling: Vec<Scaling>,
     /// What was demanded of the errors.
     pub checks: Vec<Check>,
 }
@@ -435,6 +439,14 @@ pub(crate) mod tests {
                     }],
                 }],
             }],
+            scaling: Vec::from_iter(
+                Scaling {
+                    cells: vec![(1e4, 10.0), (4e4, 20.0)],
+                    pixels: vec![(64.0, 1.0), (256.0, 4.0)],
+                    ..Scaling::new("projection", "sphere")
+                }
+                .fitted(),
+            ),
             checks: vec![Check::new("sphere".into(), (1.5e-4, 1e-3), (1e-4, 1e-2))],
         }
     }

@@ -23,6 +23,8 @@ fn check(out: &Path) -> Options {
         out: Some(out.into()),
         check: true,
         peer: None,
+        scaling: false,
+        memory: false,
         json: false,
     }
 }

@@ -58,6 +58,8 @@ fn compared(algorithms: &[&str], model: &str, depth_cue: Option<f64>) -> Vec<ser
         out: Some(folder.path().join("out")),
         check: false,
         peer: None,
+        scaling: false,
+        memory: false,
         json: false,
     };
     assert!(compare::run(&options).expect("compared"));

@@ -16,8 +16,8 @@ use tetrascope::Settings;
 use tetrascope::core::Error;
 use tetrascope::scene::Scene;
 
+use super::Options;
 use super::peer::VTK;
-use super::plan::Plan;
 use crate::output::write;
 use crate::picture::{SignedMap, png};
 use crate::report::{Difference, ModelReport, Picture};
@@ -65,9 +65,9 @@ struct StoredDifference {
 
 impl Parts {
     /// The parts of runs like this one, beside its report.
-    pub(super) fn open(out: &Path, plan: &Plan, device: Device) -> Parts {
+    pub(super) fn open(out: &Path, options: &Options, device: Device) -> Parts {
         let folder = out.join("parts");
-        let own = name(plan, device).map(|name| folder.join(name));
+        let own = name(options, device).map(|name| folder.join(name));
         Parts { folder, own }
     }
 
@@ -136,26 +136,19 @@ impl Parts {
     }
 }
 
-/// A name for runs like this one, from the program's own bytes, what it draws, and on what.
-fn name(plan: &Plan, device: Device) -> Option<String> {
+/// A name for runs like this one, from the program's own bytes, what it was asked and on what it draws.
+fn name(options: &Options, device: Device) -> Option<String> {
+    let asked = Options {
+        out: None,
+        json: false,
+        ..options.clone()
+    };
     let mut hash = Sha256::new();
     hash.update(std::fs::read(std::env::current_exe().ok()?).ok()?);
-    hash.update(format!("{device:?} {}", plan.repeat));
-    for algorithm in &plan.algorithms {
-        hash.update(algorithm.name);
-    }
-    for scene in &plan.scenes {
-        hash.update(format!(
-            "{} {:?} {}",
-            scene.name, scene.models, scene.orthographic
-        ));
-    }
-    let hex = hash
-        .finalize()
-        .iter()
-        .take(8)
-        .fold(String::new(), |hex, byte| hex + &format!("{byte:02x}"));
-    Some(hex)
+    hash.update(format!("{asked:?} {device:?}"));
+    let bytes = hash.finalize();
+    let hex = bytes.iter().take(8).map(|byte| format!("{byte:02x}"));
+    Some(hex.collect())
 }
 
 impl StoredPicture {

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::numbers::{milliseconds, scientific};
 use super::pictures::{self, Pictures, ShownPicture};
+use super::scaling::{self, ScalingSection};
 use super::skipped::{Skipped, skipped};
 use super::{ModelReport, Outcome, Report};
 use crate::answer::Answer;
@@ -34,6 +35,7 @@ struct Page<'a> {
     models: Vec<Vec<ShownModel<'a>>>,
     answer: Option<Answer>,
     diagrams: Vec<Option<Diagrams>>,
+    scaling: Option<ScalingSection<'a>>,
     misses: Vec<[String; 2]>,
     verdict: String,
     figures: &'a [Measured],
@@ -78,6 +80,7 @@ impl Report {
             models,
             answer: Answer::of(self),
             diagrams: self.scenes.iter().map(Diagrams::of).collect(),
+            scaling: scaling::section(&self.scaling),
             misses: missed.map(|c| [c.subject.clone(), c.found()]).collect(),
             verdict: self.verdict(),
             figures: &extras.figures,
