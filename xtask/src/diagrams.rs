@@ -134,7 +134,7 @@ fn panels(
 }
 
 /// log₁₀ of the range of `values` > 0, a decade at least, and room for markers and labels.
-fn snug(values: impl Iterator<Item = f64>) -> (f64, f64) {
+pub(crate) fn snug(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let ends = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = values.fold(ends, |(low, high), value| {
         (low.min(value.log10()), high.max(value.log10()))

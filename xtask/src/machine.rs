@@ -93,7 +93,7 @@ fn processor() -> Option<String> {
 }
 
 /// The time in UTC as RFC 3339 has it, to the second.
-fn utc(time: SystemTime) -> String {
+pub(crate) fn utc(time: SystemTime) -> String {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     let (days, second) = (seconds / 86_400, seconds % 86_400);
     // Days since 0000-03-01, so that leap days end their year (H. Hinnant,
