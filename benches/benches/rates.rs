@@ -1,5 +1,5 @@
 //! What a frame costs in which nothing shows, and what an edited transfer function costs:
-//! `slicing/bump/262k samples/empty frame/integration=exact`, `projection/blunt-fin/187k cells/edit/order=mpvo`.
+//! `slicing/bump/262k samples/empty frame/default`, `projection/blunt-fin/187k cells/edit/order=mpvo`.
 //!
 //! An empty frame is 64×64 pixels of a volume that is transparent throughout: passes, submission
 //! and readback, and nothing else. An edit moves a knot, as a person does who drags it; `edit, hiding`
@@ -75,18 +75,20 @@ fn transparent(look: &Appearance) -> Appearance {
     Appearance::new(function, look.optical_model)
 }
 
-/// Each setting of the sweep that draws `volume`.
+/// Each setting of the sweep that draws `volume`, with its words.
 fn settings(
     algorithm: &'static Algorithm,
     volume: &Volume,
     look: &Appearance,
     view: &View,
-) -> Vec<Settings> {
+) -> Vec<(&'static str, Settings)> {
     let sweep = (algorithm.sweep)(OpticalModel::EmissionAbsorption).iter();
-    let parsed = sweep.map(|setting| Settings::parse(algorithm, setting.split(',')));
-    let parsed = parsed.map(|settings| settings.expect("the sweep is valid"));
+    let parsed = sweep.map(|words| {
+        let settings = Settings::parse(algorithm, words.split(',')).expect("the sweep is valid");
+        (if words.is_empty() { "default" } else { *words }, settings)
+    });
     let draws = |s: &Settings| (algorithm.supports)(volume, look, view, s).is_ok();
-    parsed.filter(draws).collect()
+    parsed.filter(|(_, settings)| draws(settings)).collect()
 }
 
 fn rates(criterion: &mut Criterion) {
@@ -103,31 +105,31 @@ fn rates(criterion: &mut Criterion) {
             group
                 .warm_up_time(Duration::from_millis(300))
                 .measurement_time(Duration::from_secs(1));
-            for settings in settings(algorithm, &volume, &look, &view) {
+            for (words, settings) in settings(algorithm, &volume, &look, &view) {
                 let build = |look: &Appearance| {
                     (algorithm.build)(&context, &volume, look, &settings).expect("it draws this")
                 };
                 let empty = build(&transparent(&look));
                 group.sample_size(20);
-                group.bench_function(format!("empty frame/{settings}"), |b| {
+                group.bench_function(format!("empty frame/{words}"), |b| {
                     b.iter(|| black_box(empty.render(&view).expect("a frame")));
                 });
                 let mut renderer = build(&look);
                 group.sample_size(10);
                 let mut n = 0;
-                group.bench_function(format!("edit/{settings}"), |b| {
+                group.bench_function(format!("edit/{words}"), |b| {
                     b.iter(|| {
                         n += 1;
                         renderer.restyle(&edited(&look, n)).expect("a look");
                     });
                 });
-                group.bench_function(format!("edit, hiding/{settings}"), |b| {
+                group.bench_function(format!("edit, hiding/{words}"), |b| {
                     b.iter(|| {
                         n += 1;
                         renderer.restyle(&hiding(&look, n)).expect("a look");
                     });
                 });
-                group.bench_function(format!("edit and frame/{settings}"), |b| {
+                group.bench_function(format!("edit and frame/{words}"), |b| {
                     b.iter(|| {
                         n += 1;
                         renderer.restyle(&edited(&look, n)).expect("a look");

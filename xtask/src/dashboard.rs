@@ -66,7 +66,15 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let [before, now] = around(&results.measurements, committed());
     let old = history.add(None, machine.clone(), &before);
     let new = history.add(description.program.revision, machine, &now);
-    let precision = precision::read(&target().join("compare").join("report.json"))?;
+    if old + new > 0 {
+        history.write(&path)?;
+    }
+    // What was measured is kept by now; a comparison that cannot be read is only not shown.
+    let compared = precision::read(&target().join("compare").join("report.json"));
+    let precision = compared.unwrap_or_else(|error| {
+        eprintln!("without diagrams: {error}");
+        None
+    });
     let papers = papers::shown(&results);
     let Some(html) = page::to_html(&history, precision.as_ref(), &papers) else {
         return Err(Error::Usage {
@@ -74,9 +82,6 @@ pub fn run(options: &Options) -> Result<(), Error> {
             help: Some("run the benchmarks with `cargo xtask dashboard --run`".into()),
         });
     };
-    if old + new > 0 {
-        history.write(&path)?;
-    }
     let page = options.out.as_ref().unwrap_or(&folder).join("index.html");
     write(&page, html)?;
     eprintln!("{} new measurements in {}", old + new, path.display());
