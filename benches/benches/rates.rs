@@ -1,9 +1,9 @@
 //! What a frame costs in which nothing shows, and what an edited transfer function costs:
-//! `rates/empty frame/slicing`, `rates/edit/projection order=mpvo`.
+//! `slicing/bump/262k samples/empty frame/default`, `projection/blunt-fin/187k cells/edit/order=mpvo`.
 //!
 //! An empty frame is 64×64 pixels of a volume that is transparent throughout: passes, submission
-//! and readback, and nothing else. An edit moves a knot, as a person does who drags it; `edit/hiding`
-//! makes a knot transparent and opaque in turn, so that other cells show each time; `edit/and
+//! and readback, and nothing else. An edit moves a knot, as a person does who drags it; `edit, hiding`
+//! makes a knot transparent and opaque in turn, so that other cells show each time; `edit and
 //! frame` draws 64×64 pixels after each edit, so that what an edit leaves to the frame is seen.
 
 use std::hint::black_box;
@@ -20,18 +20,22 @@ use tetrascope_testing::{Place, blunt_fin, fitted, grid, ramp};
 /// Who says what is missing.
 const BENCH: &str = "rates";
 
-/// A mesh and a grid: the Blunt Fin if it is there.
-fn volumes() -> Vec<(&'static str, Volume)> {
+/// A mesh and a grid, with names and sizes: the Blunt Fin if it is there.
+fn volumes() -> Vec<(String, Volume)> {
     let sphere = || {
         let case = tetrascope_benches::cases().swap_remove(0);
-        let Case { volume, .. } = case;
-        volume
+        let Case { name, volume, .. } = case;
+        (name, volume)
     };
-    let mesh = blunt_fin(BENCH).map_or_else(sphere, Volume::Mesh);
+    let mesh = blunt_fin(BENCH).map_or_else(sphere, |fin| {
+        let thousands = (fin.cell_count() + 500) / 1000;
+        let name = format!("blunt-fin/{thousands}k cells");
+        (name, Volume::Mesh(fin))
+    });
     let bump = grid(&Place::unit(63), |p| {
         (-9.0 * (p - 0.5).length_squared()).exp()
     });
-    vec![("mesh", mesh), ("grid", Volume::Grid(bump))]
+    vec![mesh, ("bump/262k samples".into(), Volume::Grid(bump))]
 }
 
 /// `look` with the color of knot `n`, counted round, changed by a hair, and its place if it has
@@ -71,18 +75,20 @@ fn transparent(look: &Appearance) -> Appearance {
     Appearance::new(function, look.optical_model)
 }
 
-/// Each setting of the sweep that draws `volume`.
+/// Each setting of the sweep that draws `volume`, with its words.
 fn settings(
     algorithm: &'static Algorithm,
     volume: &Volume,
     look: &Appearance,
     view: &View,
-) -> Vec<Settings> {
+) -> Vec<(&'static str, Settings)> {
     let sweep = (algorithm.sweep)(OpticalModel::EmissionAbsorption).iter();
-    let parsed = sweep.map(|setting| Settings::parse(algorithm, setting.split(',')));
-    let parsed = parsed.map(|settings| settings.expect("the sweep is valid"));
+    let parsed = sweep.map(|words| {
+        let settings = Settings::parse(algorithm, words.split(',')).expect("the sweep is valid");
+        (if words.is_empty() { "default" } else { *words }, settings)
+    });
     let draws = |s: &Settings| (algorithm.supports)(volume, look, view, s).is_ok();
-    parsed.filter(draws).collect()
+    parsed.filter(|(_, settings)| draws(settings)).collect()
 }
 
 fn rates(criterion: &mut Criterion) {
@@ -94,47 +100,44 @@ fn rates(criterion: &mut Criterion) {
         let look = ramp(&volume);
         let view = fitted(&volume, CameraFit::PlusZ, true, 64);
         for algorithm in tetrascope::algorithms().iter().filter(|a| a.needs_gpu) {
-            for settings in settings(algorithm, &volume, &look, &view) {
+            let group = format!("{}/{name}", algorithm.name);
+            let mut group = criterion.benchmark_group(group);
+            group
+                .warm_up_time(Duration::from_millis(300))
+                .measurement_time(Duration::from_secs(1));
+            for (words, settings) in settings(algorithm, &volume, &look, &view) {
                 let build = |look: &Appearance| {
                     (algorithm.build)(&context, &volume, look, &settings).expect("it draws this")
                 };
-                let what = format!("{name} {} {settings}", algorithm.name);
                 let empty = build(&transparent(&look));
-                let mut group = criterion.benchmark_group("rates/empty frame");
-                group
-                    .sample_size(20)
-                    .measurement_time(Duration::from_secs(2));
-                group.bench_function(&what, |b| {
+                group.sample_size(20);
+                group.bench_function(format!("empty frame/{words}"), |b| {
                     b.iter(|| black_box(empty.render(&view).expect("a frame")));
                 });
-                group.finish();
                 let mut renderer = build(&look);
-                let mut group = criterion.benchmark_group("rates/edit");
-                group
-                    .sample_size(10)
-                    .measurement_time(Duration::from_secs(2));
+                group.sample_size(10);
                 let mut n = 0;
-                group.bench_function(&what, |b| {
+                group.bench_function(format!("edit/{words}"), |b| {
                     b.iter(|| {
                         n += 1;
                         renderer.restyle(&edited(&look, n)).expect("a look");
                     });
                 });
-                group.bench_function(format!("hiding {what}"), |b| {
+                group.bench_function(format!("edit, hiding/{words}"), |b| {
                     b.iter(|| {
                         n += 1;
                         renderer.restyle(&hiding(&look, n)).expect("a look");
                     });
                 });
-                group.bench_function(format!("and frame {what}"), |b| {
+                group.bench_function(format!("edit and frame/{words}"), |b| {
                     b.iter(|| {
                         n += 1;
                         renderer.restyle(&edited(&look, n)).expect("a look");
                         black_box(renderer.render(&view).expect("a frame"));
                     });
                 });
-                group.finish();
             }
+            group.finish();
         }
     }
 }

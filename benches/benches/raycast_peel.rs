@@ -24,6 +24,7 @@ use tetrascope::raycast_peel::counters::{
 use tetrascope::raycast_peel::{
     Crossings, Entries, Integration, Locality, Passes, RaycastOptions, RaycastPeel,
 };
+use tetrascope_benches::results::keep;
 use tetrascope_testing::{angular_sector, blunt_fin, data_set, liquid_oxygen_post, mesh_data};
 
 /// Pixels a side of the tables, whose paper has 512, and of growth.
@@ -243,6 +244,8 @@ fn measure(
         })),
     };
     let group = format!("raycast-peel/tables/{name}/{}k cells/{table}", cells / 1000);
+    keep(&format!("{group}/passes least"), rows.passes.0);
+    keep(&format!("{group}/passes most"), rows.passes.1);
     for (tiles, (courses, seconds)) in (1..).zip(courses.chunks(3).zip(&mut rows.seconds)) {
         report(criterion, &group, &format!("{tiles}x{tiles}"), courses);
         *seconds = range(courses.iter().map(Course::median));

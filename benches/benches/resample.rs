@@ -19,39 +19,7 @@ use tetrascope::resample::{
     Domain, Outside, Resampler, ResamplerOptions, Resampling, ResamplingOptions,
 };
 use tetrascope::scene::{SceneFile, VolumeSource};
-
-/// Seconds on an SGI Onyx IR2.
-struct Published {
-    dims: [usize; 3],
-    list: f64,
-    render: f64,
-    readback: f64,
-    texture: f64,
-}
-
-const fn published(dims: [usize; 3], seconds: [f64; 4]) -> Published {
-    let [list, render, readback, texture] = seconds;
-    Published {
-        dims,
-        list,
-        render,
-        readback,
-        texture,
-    }
-}
-
-/// 180 000 elements.
-const HEAT_SINK: [Published; 3] = [
-    published([64; 3], [0.2, 1.4, 0.2, 0.03]),
-    published([128; 3], [0.24, 2.3, 0.4, 0.1]),
-    published([256; 3], [0.3, 3.1, 1.1, 0.4]),
-];
-
-/// 225 000 elements.
-const BLUNT_FIN: [Published; 2] = [
-    published([256, 128, 64], [0.15, 2.2, 0.3, 0.1]),
-    published([512, 256, 128], [0.23, 3.3, 1.0, 0.33]),
-];
+use tetrascope_benches::papers::RESAMPLED;
 
 /// The device, or why there is none.
 fn gpu(context: &Context) -> Option<&Gpu> {
@@ -59,12 +27,10 @@ fn gpu(context: &Context) -> Option<&Gpu> {
 }
 
 /// The meshes of the figure; one in a file only where that is.
-fn meshes() -> Vec<(&'static str, TetMesh, &'static [Published])> {
-    let heat_sink = tetrascope_testing::data_set("heat-sink", None);
-    let mut all: Vec<(&str, TetMesh, &'static [Published])> =
-        vec![("heat-sink", heat_sink, &HEAT_SINK)];
+fn meshes() -> Vec<(&'static str, TetMesh)> {
+    let mut all = vec![("heat-sink", tetrascope_testing::data_set("heat-sink", None))];
     if let Some(fin) = tetrascope_testing::blunt_fin("resample") {
-        all.push(("blunt-fin", fin, &BLUNT_FIN));
+        all.push(("blunt-fin", fin));
     }
     all
 }
@@ -72,16 +38,12 @@ fn meshes() -> Vec<(&'static str, TetMesh, &'static [Published])> {
 fn figure_5(criterion: &mut Criterion) {
     let context = Context::new();
     let Some(gpu) = gpu(&context) else { return };
-    for (name, mesh, rows) in meshes() {
-        for row in rows {
-            let [x, y, z] = row.dims;
-            let group = format!("resample/figure 5/{name} {x}x{y}x{z}");
+    for (name, mesh) in meshes() {
+        for row in RESAMPLED.iter().filter(|row| row.mesh == name) {
+            let group = row.group();
+            let [list, render, readback, texture] = row.seconds;
             println!(
-                "{group}: published Ael {} s, Rnd {} s, ToR {} s, ToT {} s; here {} cells",
-                row.list,
-                row.render,
-                row.readback,
-                row.texture,
+                "{group}: published Ael {list} s, Rnd {render} s, ToR {readback} s, ToT {texture} s; here {} cells",
                 mesh.cell_count()
             );
             let mut group = criterion.benchmark_group(group);

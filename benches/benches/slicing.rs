@@ -3,8 +3,9 @@
 //!
 //! Slices are shaded as published: post-classification, filtered by the texture unit; of
 //! figure 5 also lit by gradients on the fly. `cargo xtask compare` draws the figures from
-//! criterion's results. Images are small so that the figures take some seven minutes on
-//! a software adapter with two cores; `TETRASCOPE_SIDE=512` gives the paper's.
+//! criterion's results. Images are small, and two volumes and five subdivisions are drawn, so that
+//! the figures take less than five minutes on a software adapter with two cores; `TETRASCOPE_SIDE=512`
+//! gives the paper's size, `TETRASCOPE_WHOLE=1` another volume and every subdivision.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -36,6 +37,20 @@ fn side() -> u32 {
     side.unwrap_or(SIDE)
 }
 
+/// Whether all volumes and subdivisions are drawn.
+fn is_whole() -> bool {
+    std::env::var_os("TETRASCOPE_WHOLE").is_some_and(|value| value != "0")
+}
+
+/// The subdivisions of the figures, 2ⁿ boxes along each axis: those that the paper's text names, none,
+/// one between them and one behind.
+fn levels_drawn() -> Vec<u32> {
+    match is_whole() {
+        true => (0..=6).collect(),
+        false => vec![0, 2, 4, 5, 6],
+    }
+}
+
 /// The device, or why there is none.
 fn gpu(context: &Context) -> Option<&Gpu> {
     tetrascope_benches::gpu(context, tetrascope::slicing::NAME)
@@ -55,7 +70,10 @@ fn volumes() -> Vec<(&'static str, Volume)> {
     let generated = || angiography([512, 512, 96], 1).map(Volume::Grid).ok();
     let all = [
         ("aneurism", file("aneurism.vti")),
-        ("CT_AVM", file("CT_AVM.nii.gz")),
+        (
+            "CT_AVM",
+            is_whole().then(|| file("CT_AVM.nii.gz")).flatten(),
+        ),
         ("angiography", generated()),
     ];
     all.into_iter()
@@ -118,7 +136,7 @@ fn figures(criterion: &mut Criterion) {
                 quick(&mut group);
                 let look = hides(&volume, share);
                 let view = view(&volume);
-                for level in 0..=6 {
+                for level in levels_drawn() {
                     let options = published(Level::Fixed(level), shading);
                     let slicing = Slicing::new(gpu, &volume, &look, &options);
                     let slicing = slicing.expect("the volume fits");

@@ -1,4 +1,8 @@
-//! The scenes that the benchmarks share, and where their device is.
+//! The scenes that the benchmarks share, where their device is, where their [`results`] are, and what
+//! the [`papers`] print of theirs.
+
+pub mod papers;
+pub mod results;
 
 use tetrascope::core::Volume;
 use tetrascope::gpu::Gpu;

@@ -2,13 +2,13 @@
 //! `cargo bench -p tetrascope-benches` has left.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use tetrascope::Algorithm;
+use tetrascope_benches::results;
 
-use crate::machine;
+use crate::dashboard::criterion::{self, Measurement, Results};
 use crate::plot;
 
 /// What was measured of an algorithm's figures.
@@ -46,36 +46,18 @@ pub struct Line {
     pub points: Vec<(u32, f64)>,
 }
 
-/// What criterion calls a benchmark; the group is "ALGORITHM/figure 4/VOLUME/LOOK".
-#[derive(Deserialize)]
-struct Benchmark {
-    group_id: String,
-    value_str: Option<String>,
-}
-
-/// What criterion makes of its times.
-#[derive(Deserialize)]
-struct Estimates {
-    median: Estimate,
-}
-
-#[derive(Deserialize)]
-struct Estimate {
-    /// Nanoseconds.
-    point_estimate: f64,
-}
-
 /// The figures of an algorithm that the last benchmark has measured; none where it was not run.
 pub fn measured(algorithm: &Algorithm) -> Option<Measured> {
-    let of = |name| std::env::var_os(name).map(PathBuf::from);
-    // As criterion chooses it.
-    let folder = of("CRITERION_HOME")
-        .or_else(|| Some(of("CARGO_TARGET_DIR")?.join("criterion")))
-        .unwrap_or_else(|| machine::target().join("criterion"));
+    algorithm.figures?;
+    of_results(algorithm, &criterion::read(&results::folder()))
+}
+
+/// The figures of an algorithm among results; none where there are none.
+pub fn of_results(algorithm: &Algorithm, results: &Results) -> Option<Measured> {
     let measured = Measured {
         algorithm: algorithm.name,
         about: algorithm.figures?,
-        figures: read(&folder, algorithm.name),
+        figures: figures(results, algorithm.name),
     };
     (!measured.figures.is_empty()).then_some(measured)
 }
@@ -83,15 +65,13 @@ pub fn measured(algorithm: &Algorithm) -> Option<Measured> {
 /// By volume and look; by boxes an axis: frames a second.
 type Rates = BTreeMap<(String, String), BTreeMap<u32, f64>>;
 
-fn read(folder: &Path, algorithm: &str) -> Vec<Figure> {
+fn figures(results: &Results, algorithm: &str) -> Vec<Figure> {
     let mut rates: BTreeMap<String, Rates> = BTreeMap::new();
-    for group in folders(folder) {
-        for result in folders(&group) {
-            if let Some((figure, volume, look, boxes, rate)) = result_of(&result, algorithm) {
-                let lines = rates.entry(figure).or_default();
-                let line = lines.entry((volume, look)).or_default();
-                line.insert(boxes, rate);
-            }
+    for measurement in &results.measurements {
+        if let Some((figure, volume, look, boxes, rate)) = result_of(measurement, algorithm) {
+            let lines = rates.entry(figure).or_default();
+            let line = lines.entry((volume, look)).or_default();
+            line.insert(boxes, rate);
         }
     }
     rates
@@ -100,37 +80,20 @@ fn read(folder: &Path, algorithm: &str) -> Vec<Figure> {
         .collect()
 }
 
-/// The folders in a folder, or none.
-fn folders(of: &Path) -> Vec<PathBuf> {
-    let Ok(entries) = std::fs::read_dir(of) else {
-        return Vec::new();
-    };
-    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    paths.filter(|path| path.is_dir()).collect()
-}
-
-/// Figure, volume, look, boxes an axis and frames a second, if that is what was measured.
-fn result_of(folder: &Path, algorithm: &str) -> Option<(String, String, String, u32, f64)> {
-    let read = |name: &str| std::fs::read(folder.join("new").join(name)).ok();
-    let benchmark: Benchmark = serde_json::from_slice(&read("benchmark.json")?).ok()?;
-    let estimates: Estimates = serde_json::from_slice(&read("estimates.json")?).ok()?;
-    let parts: Vec<&str> = benchmark.group_id.split('/').collect();
+/// Figure, volume, look, boxes an axis and frames a second, if that is what was measured: then the
+/// group is "ALGORITHM/figure 4/VOLUME/LOOK".
+fn result_of(
+    measurement: &Measurement,
+    algorithm: &str,
+) -> Option<(String, String, String, u32, f64)> {
+    let parts: Vec<&str> = measurement.group.split('/').collect();
     let [name, figure, volume, look] = parts[..] else {
         return None;
     };
-    let boxes = benchmark.value_str?.parse().ok()?;
-    let seconds = estimates.median.point_estimate * 1e-9;
-    let is_figure =
-        name == algorithm && figure.starts_with("figure ") && seconds > 0.0 && boxes > 0;
-    is_figure.then(|| {
-        (
-            figure.into(),
-            volume.into(),
-            look.into(),
-            boxes,
-            seconds.recip(),
-        )
-    })
+    let boxes = measurement.value.as_deref()?.parse().ok()?;
+    let rate = 1e9 / measurement.median.value;
+    let is_figure = name == algorithm && figure.starts_with("figure ") && boxes > 0;
+    is_figure.then(|| (figure.into(), volume.into(), look.into(), boxes, rate))
 }
 
 fn figure(name: String, lines: &Rates) -> Figure {
@@ -167,24 +130,19 @@ mod tests {
     #[test]
     fn results_of_criterion_become_figures() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let write = |group: &str, value: &str, nanoseconds: f64| {
-            let place = folder.path().join(group.replace('/', "_"));
-            let place = place.join(value).join("new");
-            std::fs::create_dir_all(&place).expect("made");
-            let benchmark = format!(r#"{{"group_id":"{group}","value_str":"{value}"}}"#);
-            let estimates = format!(r#"{{"median":{{"point_estimate":{nanoseconds}}}}}"#);
-            std::fs::write(place.join("benchmark.json"), benchmark).expect("written");
-            std::fs::write(place.join("estimates.json"), estimates).expect("written");
-        };
-        write("slicing/figure 4/aneurism/hides a third", "1", 5e8);
-        write("slicing/figure 4/aneurism/hides a third", "16", 1e8);
-        write("slicing/figure 4/aneurism/hides a half", "1", 4e8);
-        write("slicing/figure 5/tooth/hides a half", "64", 2e9);
-        write("slicing/stages/tooth", "cpu", 2e9);
-        write("projection/tables/sphere", "3", 2e9);
-        write("other/figure 4/aneurism/hides a half", "1", 1e8);
-        std::fs::create_dir_all(folder.path().join("report")).expect("made");
-        let figures = read(folder.path(), "slicing");
+        for (id, nanoseconds) in [
+            ("slicing/figure 4/aneurism/hides a third/1", 5e8),
+            ("slicing/figure 4/aneurism/hides a third/16", 1e8),
+            ("slicing/figure 4/aneurism/hides a half/1", 4e8),
+            ("slicing/figure 5/tooth/hides a half/64", 2e9),
+            ("slicing/stages/tooth/cpu", 2e9),
+            ("projection/tables/sphere/3", 2e9),
+            ("other/figure 4/aneurism/hides a half/1", 1e8),
+        ] {
+            criterion::tests::write(folder.path(), id, true, nanoseconds);
+        }
+        let results = criterion::read(folder.path());
+        let figures = figures(&results, "slicing");
         assert_eq!(figures.len(), 2);
         assert_eq!(figures[0].name, "figure 4");
         let third = &figures[0].lines[1];
@@ -193,6 +151,6 @@ mod tests {
         assert_eq!(third.points, [(1, 2.0), (16, 10.0)]);
         assert_eq!(figures[1].lines[0].points, [(64, 0.5)]);
         assert!(figures[0].chart.contains("boxes an axis"));
-        assert!(read(&folder.path().join("report"), "slicing").is_empty());
+        assert!(super::figures(&results, "raycast-peel").is_empty());
     }
 }

@@ -17,9 +17,11 @@ Usage: cargo xtask COMMAND [ARGUMENT]...
   setup      look for a graphics adapter; install a software one if there is none
   test       set up, then run every test (arguments go to `cargo test`)
   compare    draw scenes with every algorithm; error against time, in target/compare
+  dashboard  benchmarks over revisions, beside the papers' tables, in target/dashboard
+  bench      benchmarks of another revision and of the working tree in turn: --against REV
   machine    simulate the machine of voxels; what bounds it, in target/machine
   figures    draw figures 3 to 6 of the paper on voxels again, in snapshots/voxel-hw
-  bless      accept the pictures of the last snapshot test
+  snapshots  reviewed pictures and texts: check, report, bless, dead
 
 `cargo xtask COMMAND --help` says more.";
 

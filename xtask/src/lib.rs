@@ -3,12 +3,16 @@
 //! [`compare`] draws scenes with every algorithm and judges them by [`metrics`];
 //! [`report`] writes what came out, with the [`answer`], [`diagrams`] of [`panel`]s, [`picture`]s and the [`figures`] that
 //! a benchmark has measured; [`sweep`] runs the model of a machine, and [`voxel_figures`] draws its
-//! paper's figures again; [`setup`] gets a machine ready to draw; [`testing`] is what the tests
-//! here share.
+//! paper's figures again; [`dashboard`] keeps what benchmarks measure and [`bench`] compares two revisions';
+//! [`setup`] gets a machine ready to draw; [`snapshots`] are reviewed pictures
+//! and texts; [`testing`] is what the tests here share.
 #![cfg(feature = "harness")]
 
 pub mod answer;
+pub mod bench;
+mod cargo;
 pub mod compare;
+pub mod dashboard;
 pub mod diagrams;
 pub mod figures;
 pub mod limits;
@@ -20,6 +24,7 @@ pub mod picture;
 pub mod plot;
 pub mod report;
 pub mod setup;
+pub mod snapshots;
 pub mod sweep;
 pub mod testing;
 pub mod voxel_figures;

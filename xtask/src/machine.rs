@@ -29,15 +29,14 @@ pub fn program() -> Program {
         .map(|argument| argument.to_string_lossy().into_owned())
         .collect();
     Program {
-        name: "tetrascope",
-        version: env!("CARGO_PKG_VERSION"),
+        name: "tetrascope".into(),
+        version: env!("CARGO_PKG_VERSION").into(),
         revision: revision(),
         started: utc(SystemTime::now()),
         command: format!("cargo xtask {}", arguments.join(" ")),
-        build: if cfg!(debug_assertions) {
-            "debug"
-        } else {
-            "release"
+        build: match cfg!(debug_assertions) {
+            true => "debug".into(),
+            false => "release".into(),
         },
     }
 }
@@ -52,8 +51,8 @@ pub fn describe(adapter: Result<String, Error>, repeat: u32) -> Report {
         version: REPORT_VERSION,
         program: program(),
         machine: Machine {
-            os: std::env::consts::OS,
-            architecture: std::env::consts::ARCH,
+            os: std::env::consts::OS.into(),
+            architecture: std::env::consts::ARCH.into(),
             processor: processor(),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             adapter,
@@ -96,7 +95,7 @@ fn processor() -> Option<String> {
 }
 
 /// The time in UTC as RFC 3339 has it, to the second.
-fn utc(time: SystemTime) -> String {
+pub(crate) fn utc(time: SystemTime) -> String {
     let seconds = time.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     let (days, second) = (seconds / 86_400, seconds % 86_400);
     // Days since 0000-03-01, so that leap days end their year (H. Hinnant,

@@ -4,14 +4,15 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tetrascope::core::{Error, ErrorKind};
-use xtask::{compare, setup, sweep, testing, voxel_figures};
+use xtask::{bench, compare, dashboard, setup, snapshots, sweep, voxel_figures};
 
 /// The harness of Tetrascope
 #[derive(Parser)]
 #[command(
     bin_name = "cargo xtask",
     after_help = "Exit status: 0 done, 1 failure, 2 usage, 3 bad input, 4 no suitable graphics \
-                  adapter, 5 an error above its bound."
+                  adapter, 5 an error above its bound, a snapshot that is not as reviewed, \
+                  or a benchmark that is slower beyond noise."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -28,6 +29,10 @@ enum Task {
     },
     /// Draw scenes with every algorithm: error against time
     Compare(compare::Options),
+    /// Keep what benchmarks have measured, and show it over revisions, beside the papers' tables
+    Dashboard(dashboard::Options),
+    /// Run the benchmarks of another revision and of the working tree in turn
+    Bench(bench::Options),
     /// Simulate the machine of voxels: meshes, sizes, samples and machines
     Machine(sweep::Options),
     /// Draw figures 3 to 6 of Prakash and Manohar's paper again
@@ -35,12 +40,18 @@ enum Task {
     /// Draw a scene once and print the most memory that this took
     #[command(name = compare::peak::COMMAND, hide = true)]
     Peak { algorithm: String, setting: String },
-    /// Accept the pictures of the last snapshot test
+    /// Check reviewed pictures and texts, show what differs, accept it, find what nobody asks for
+    Snapshots(snapshots::Options),
+    /// The same as `snapshots bless`
     Bless,
 }
 
-/// `compare` is done and an error is above its bound.
+/// What was asked for is done, and something is not as it has to be.
 const MISSED: u8 = 5;
+
+fn status(is_well: bool) -> ExitCode {
+    ExitCode::from(if is_well { 0 } else { MISSED })
+}
 
 fn main() -> ExitCode {
     match Arguments::parse().command {
@@ -60,25 +71,19 @@ fn main() -> ExitCode {
             println!("{adapter}");
             ExitCode::SUCCESS
         })),
-        Task::Compare(options) => finish(compare::run(&options).map(|passed| match passed {
-            true => ExitCode::SUCCESS,
-            false => ExitCode::from(MISSED),
-        })),
+        Task::Compare(options) => finish(compare::run(&options).map(status)),
         Task::Peak { algorithm, setting } => {
             finish(compare::peak::run(&algorithm, &setting).map(|bytes| {
                 println!("{bytes}");
                 ExitCode::SUCCESS
             }))
         }
+        Task::Dashboard(options) => finish(dashboard::run(&options).map(|()| ExitCode::SUCCESS)),
+        Task::Bench(options) => finish(bench::run(&options).map(status)),
         Task::Machine(options) => finish(sweep::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Figures(options) => finish(voxel_figures::run(&options).map(|()| ExitCode::SUCCESS)),
-        Task::Bless => finish(testing::bless().map(|blessed| {
-            for name in &blessed {
-                println!("{name}");
-            }
-            eprintln!("{} pictures accepted", blessed.len());
-            ExitCode::SUCCESS
-        })),
+        Task::Snapshots(options) => finish(snapshots::run(&options).map(status)),
+        Task::Bless => finish(snapshots::bless().map(|()| ExitCode::SUCCESS)),
     }
 }
 

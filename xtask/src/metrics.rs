@@ -3,10 +3,10 @@
 //! Errors are taken on linear premultiplied RGBA in f32, over all pixels and all four channels, and
 //! summed in f64. FLIP alone sees what a person would: sRGB without alpha.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use tetrascope::core::Frame;
 use tetrascope::core::colormap::linear_to_srgb;
-use tetrascope_testing::{ImageError, apart};
+use tetrascope_testing::{ImageError, apart, infinite_if_null};
 
 /// All errors of a picture against the truth.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -17,17 +17,28 @@ pub struct Errors {
     /// The channel of the greatest error, "r", "g", "b" or "a".
     pub worst_channel: char,
     /// The mean of absolute differences.
+    #[serde(deserialize_with = "infinite_if_null")]
     pub mean: f64,
     /// ‖image − truth‖₂ / ‖truth‖₂; infinite where the truth is 0 everywhere and the image is not.
+    #[serde(deserialize_with = "infinite_if_null")]
     pub relative_l2: f64,
     /// Of each pixel's greatest absolute error.
     pub percentiles: Percentiles,
     /// [`flip`].
     pub flip: Option<f64>,
     /// The greatest errors of pixels, [`WORST`] at most, the worst first.
+    #[serde(deserialize_with = "each_infinite_if_null")]
     pub worst: Vec<f64>,
     /// How many pixels have which greatest error: [`bin`] says where each counts.
     pub histogram: [u64; BINS],
+}
+
+fn each_infinite_if_null<'de, D: Deserializer<'de>>(numbers: D) -> Result<Vec<f64>, D::Error> {
+    let numbers = Vec::<Option<f64>>::deserialize(numbers)?;
+    Ok(numbers
+        .into_iter()
+        .map(|number| number.unwrap_or(f64::INFINITY))
+        .collect())
 }
 
 /// Bins of a histogram of errors: none at all, half decades, and 1 or more.
@@ -54,13 +65,16 @@ const WORST: usize = 8;
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Percentiles {
     /// Of half of the pixels.
+    #[serde(deserialize_with = "infinite_if_null")]
     pub p50: f64,
     /// Of 90 %.
+    #[serde(deserialize_with = "infinite_if_null")]
     pub p90: f64,
     /// Of 99 %.
+    #[serde(deserialize_with = "infinite_if_null")]
     pub p99: f64,
     /// Of 99.9 %.
-    #[serde(rename = "p99.9")]
+    #[serde(rename = "p99.9", deserialize_with = "infinite_if_null")]
     pub p99_9: f64,
 }
 

@@ -20,8 +20,8 @@ pub(crate) use numbers::thousands;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use tetrascope::Promise;
 use tetrascope::core::FrameStats;
+use tetrascope::{Promise, Settings};
 use tetrascope_testing::ImageError;
 
 use crate::metrics::Errors;
@@ -31,7 +31,7 @@ use crate::metrics::Errors;
 pub const REPORT_VERSION: u32 = 3;
 
 /// Everything that a run found, and everything that its numbers depend on.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Report {
     /// [`REPORT_VERSION`].
     pub version: u32,
@@ -52,12 +52,12 @@ pub struct Report {
 }
 
 /// The program that made a report.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Program {
     /// "tetrascope".
-    pub name: &'static str,
+    pub name: String,
     /// The crates' version.
-    pub version: &'static str,
+    pub version: String,
     /// The git revision, with "-dirty" where files were changed; `None` outside a checkout.
     pub revision: Option<String>,
     /// When the run began, UTC, as in RFC 3339.
@@ -65,16 +65,16 @@ pub struct Program {
     /// The command line.
     pub command: String,
     /// "release", or "debug" where assertions were on and times mean little.
-    pub build: &'static str,
+    pub build: String,
 }
 
 /// What a report was made on.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Machine {
     /// The operating system.
-    pub os: &'static str,
+    pub os: String,
     /// The processor's architecture.
-    pub architecture: &'static str,
+    pub architecture: String,
     /// The processor's name, where the system tells it.
     pub processor: Option<String>,
     /// Threads that run at a time.
@@ -88,7 +88,7 @@ pub struct Machine {
 }
 
 /// A scene, under one or more optical models.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct SceneReport {
     /// What the user calls it: a data set or a file.
     pub name: String,
@@ -246,7 +246,7 @@ fn nothing_promised() -> Promise {
 }
 
 /// Bounds on an error, and whether both were kept.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Check {
     /// Scene, model, algorithm and setting.
     pub subject: String,
@@ -304,6 +304,17 @@ impl Check {
 }
 
 impl ModelReport {
+    /// Asks the algorithms what rows that were read back promise; others promise nothing.
+    pub(crate) fn promise_again(&mut self) {
+        for row in &mut self.rows {
+            let promised = tetrascope::algorithm(&row.algorithm).and_then(|algorithm| {
+                let settings = Settings::parse(algorithm, row.setting.split(','))?;
+                Ok((algorithm.promise)(&settings))
+            });
+            row.promise = promised.unwrap_or(Promise::Open);
+        }
+    }
+
     /// The truth's numbers, where it was drawn.
     pub fn truth(&self) -> Option<&Drawn> {
         self.rows.iter().find_map(|row| match &row.outcome {
@@ -338,6 +349,28 @@ impl Report {
             (all, 0) => format!("all {all} bounds kept"),
             (all, missed) => format!("{missed} of {all} bounds missed"),
         }
+    }
+
+    /// Reads a report that [`Report::to_json`] has written; what is promised is asked again.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn from_json(json: &[u8]) -> Result<Report, String> {
+        #[derive(Deserialize)]
+        struct Version {
+            version: u32,
+        }
+        let no_report = |error| format!("not a report: {error}");
+        let Version { version } = serde_json::from_slice(json).map_err(no_report)?;
+        if version != REPORT_VERSION {
+            return Err(format!(
+                "a report of version {version}, and this program reads {REPORT_VERSION}"
+            ));
+        }
+        let mut report: Report = serde_json::from_slice(json).map_err(no_report)?;
+        let models = report.scenes.iter_mut().flat_map(|scene| &mut scene.models);
+        models.for_each(ModelReport::promise_again);
+        Ok(report)
     }
 
     /// The report as JSON.
@@ -399,16 +432,16 @@ pub(crate) mod tests {
         Report {
             version: REPORT_VERSION,
             program: Program {
-                name: "tetrascope",
-                version: "0.0.0",
+                name: "tetrascope".into(),
+                version: "0.0.0".into(),
                 revision: None,
                 started: "2026-01-01T00:00:00Z".into(),
                 command: "compare".into(),
-                build: "release",
+                build: "release".into(),
             },
             machine: Machine {
-                os: "linux",
-                architecture: "x86_64",
+                os: "linux".into(),
+                architecture: "x86_64".into(),
                 processor: None,
                 threads: 2,
                 adapter: None,
@@ -501,16 +534,37 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn what_was_found_in_a_scene_reads_back() {
+    fn what_was_written_reads_back() {
         let mut report = report("sphere");
         let model = &mut report.scenes[0].models[0];
         let Outcome::Drawn(drawn) = &mut model.rows[1].outcome else {
             panic!("it is drawn");
         };
         drawn.stats.counts = [("fragments".to_owned(), 7)].into();
-        let written = serde_json::to_string(model).expect("plain data");
-        let read: ModelReport = serde_json::from_str(&written).expect("what was written");
-        assert_eq!(written, serde_json::to_string(&read).expect("plain data"));
+        let error = drawn.error.as_mut().expect("compared");
+        (error.image.rmse, error.worst) = (f64::INFINITY, vec![f64::INFINITY, 1.0]);
+        let written = report.to_json();
+        let read = Report::from_json(written.as_bytes()).expect("what was written");
+        assert_eq!(written, read.to_json());
+        let Outcome::Drawn(drawn) = &read.scenes[0].models[0].rows[1].outcome else {
+            panic!("it is drawn");
+        };
+        let error = drawn.error.as_ref().expect("compared");
+        assert_eq!(
+            (error.image.rmse, error.worst[0]),
+            (f64::INFINITY, f64::INFINITY)
+        );
+    }
+
+    #[test]
+    fn another_version_is_refused_in_words() {
+        let other = report("")
+            .to_json()
+            .replace(&format!("\"version\": {REPORT_VERSION}"), "\"version\": 99");
+        for (text, words) in [(&*other, "version 99"), ("{}", "not a report")] {
+            let error = Report::from_json(text.as_bytes()).expect_err(words);
+            assert!(error.contains(words), "{error}");
+        }
     }
 
     /// Every name in `value`, but for those that are data: settings, counts and files.

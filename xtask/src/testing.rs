@@ -2,7 +2,7 @@
 //! behind when a picture is wrong.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::OnceLock;
 
 use image::RgbaImage;
@@ -10,7 +10,7 @@ use tetrascope::core::{Appearance, Error, Frame, View, Volume, VolumeRenderer as
 use tetrascope::{Algorithm, Context, Promise, Settings};
 use tetrascope_testing::{ImageError, check_counts, say};
 
-use crate::machine::{root, target};
+use crate::machine::target;
 use crate::picture::{difference_map, png, shown, side_by_side};
 use crate::setup::adapter_is_required;
 
@@ -149,134 +149,10 @@ fn map_or_black(expected: &Frame, image: &Frame) -> RgbaImage {
     map.unwrap_or_else(|| RgbaImage::new(expected.width, expected.height))
 }
 
-/// Compares pixels with the reviewed picture `snapshots/NAME.png`, over black and
-/// over white, in 8-bit steps of sRGB.
-///
-/// Where they differ by more than `steps`, or no such picture exists, fails; then
-/// `target/snapshots` holds the new picture and, as NAME.diff.png, expected |
-/// difference | actual. `bless` says whether this picture may become the reviewed
-/// one.
-pub fn check_snapshot(
-    name: &str,
-    actual: &RgbaImage,
-    steps: u8,
-    bless: bool,
-) -> Result<(), String> {
-    let expected_path = root().join("snapshots").join(format!("{name}.png"));
-    let pending = pending(name);
-    let expected = match image::open(&expected_path) {
-        Ok(image) => image.to_rgba8(),
-        Err(error) => {
-            leave(&pending, actual, bless);
-            return Err(format!(
-                "no reviewed picture {name}: {error}; look at {} and run `cargo xtask bless`",
-                pending.display()
-            ));
-        }
-    };
-    let worst = difference_in_steps(&expected, actual);
-    if worst.is_some_and(|worst| worst <= steps) {
-        // What was wrong before is right now.
-        _ = fs::remove_file(&pending);
-        return Ok(());
-    }
-    leave(&pending, actual, bless);
-    let row = pending.with_extension("diff.png");
-    save(
-        &row,
-        &side_by_side(&[&expected, &steps_map(&expected, actual), actual]),
-    );
-    let worst = worst.map_or("other size".into(), |w| format!("{w} steps of 255"));
-    Err(format!(
-        "picture {name} changed: {worst}, at most {steps} allowed; see {}",
-        row.display()
-    ))
-}
-
-/// The greatest difference over black and over white, in steps of 255; `None` for
-/// images of different sizes.
-fn difference_in_steps(a: &RgbaImage, b: &RgbaImage) -> Option<u8> {
-    let pairs = a.pixels().zip(b.pixels());
-    (a.dimensions() == b.dimensions()).then(|| {
-        pairs
-            .map(|(a, b)| steps_between(a.0, b.0))
-            .max()
-            .unwrap_or(0)
-    })
-}
-
-/// The greatest difference of two pixels over black and over white, which is that of
-/// what a reader sees: colors of clear pixels do not count.
-fn steps_between(a: [u8; 4], b: [u8; 4]) -> u8 {
-    let over = |pixel: [u8; 4], channel: usize, paper: f32| {
-        let alpha = f32::from(pixel[3]) / 255.0;
-        f32::from(pixel[channel]) * alpha + paper * (1.0 - alpha)
-    };
-    let difference = |channel, paper| (over(a, channel, paper) - over(b, channel, paper)).abs();
-    let channels = (0..3).flat_map(|c| [difference(c, 0.0), difference(c, 255.0)]);
-    channels.fold(0.0, f32::max).round() as u8
-}
-
-fn steps_map(expected: &RgbaImage, actual: &RgbaImage) -> RgbaImage {
-    RgbaImage::from_fn(expected.width(), expected.height(), |x, y| {
-        let other = actual
-            .get_pixel_checked(x, y)
-            .map_or([0; 4], |pixel| pixel.0);
-        // Ten steps are white: a difference that fails is seen.
-        let gray = steps_between(expected.get_pixel(x, y).0, other).saturating_mul(25);
-        image::Rgba([gray, gray, gray, 255])
-    })
-}
-
-fn pending(name: &str) -> PathBuf {
-    target().join("snapshots").join(format!("{name}.png"))
-}
-
-/// Leaves a picture to be accepted, or to be looked at alone.
-fn leave(pending: &Path, actual: &RgbaImage, bless: bool) {
-    if bless {
-        save(pending, actual);
-    } else {
-        save(&pending.with_extension("other-adapter.png"), actual);
-    }
-}
-
 fn save(path: &Path, image: &RgbaImage) {
     let folder = path.parent().expect("a file in a folder");
     fs::create_dir_all(folder).expect("the target folder is writable");
     fs::write(path, png(image)).expect("the target folder is writable");
-}
-
-/// Takes the pictures that the last snapshot test left as the reviewed ones;
-/// returns their names.
-pub fn bless() -> Result<Vec<String>, Error> {
-    let failed = |path: &Path, source| Error::Io {
-        action: "cannot write",
-        path: path.into(),
-        source,
-    };
-    let snapshots = root().join("snapshots");
-    fs::create_dir_all(&snapshots).map_err(|e| failed(&snapshots, e))?;
-    let folder = target().join("snapshots");
-    let Ok(entries) = fs::read_dir(&folder) else {
-        return Ok(Vec::new());
-    };
-    let mut blessed = Vec::new();
-    for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-        let Some(name) = path.file_name().and_then(|n| n.to_str()) else {
-            continue;
-        };
-        if name.ends_with(".diff.png") || name.ends_with(".other-adapter.png") {
-            fs::remove_file(&path).map_err(|e| failed(&path, e))?;
-        } else if name.ends_with(".png") {
-            let accepted = snapshots.join(name);
-            fs::copy(&path, &accepted).map_err(|e| failed(&accepted, e))?;
-            fs::remove_file(&path).map_err(|e| failed(&path, e))?;
-            blessed.push(name.trim_end_matches(".png").to_owned());
-        }
-    }
-    blessed.sort();
-    Ok(blessed)
 }
 
 #[cfg(test)]
@@ -347,20 +223,5 @@ mod tests {
             1,
         );
         failures.finish();
-    }
-
-    #[test]
-    fn a_missing_snapshot_fails() {
-        let missing = check_snapshot("harness-missing", &RgbaImage::new(2, 2), 255, false);
-        assert!(missing.is_err_and(|why| why.contains("no reviewed picture")));
-    }
-
-    #[test]
-    fn only_what_is_seen_counts() {
-        assert_eq!(steps_between([255, 0, 9, 0], [0, 77, 1, 0]), 0);
-        assert_eq!(steps_between([100, 0, 0, 255], [103, 0, 0, 255]), 3);
-        // Opacity alone shows over white or over black.
-        assert!(steps_between([0, 0, 0, 128], [0, 0, 0, 138]) >= 9);
-        assert!(steps_between([255, 255, 255, 128], [255, 255, 255, 138]) >= 9);
     }
 }

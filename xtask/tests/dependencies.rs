@@ -37,7 +37,7 @@ const RULES: [(&str, &[&str], &[&str]); 18] = [
         &[],
     ),
     ("tetrascope", LIBRARIES, &[]),
-    ("xtask", &["tetrascope", "testing"], &[]),
+    ("xtask", &["benches", "tetrascope", "testing"], &[]),
     ("benches", &["tetrascope"], &["testing"]),
     ("fuzz", &["tetrascope"], &[]),
 ];

@@ -1,6 +1,6 @@
 //! How far one picture is from another.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use tetrascope_core::Frame;
 
 /// The error of an image against the truth, over all pixels and all four
@@ -8,13 +8,24 @@ use tetrascope_core::Frame;
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct ImageError {
     /// √(mean of squared differences).
+    #[serde(deserialize_with = "infinite_if_null")]
     pub rmse: f64,
     /// The greatest difference.
+    #[serde(deserialize_with = "infinite_if_null")]
     pub max: f64,
     /// −20 log₁₀ RMSE, decibel, for a peak of 1; `None` for equal images.
     pub psnr: Option<f64>,
     /// Column and row of the greatest difference.
     pub worst_pixel: [u32; 2],
+}
+
+/// Reads a number that was infinite where it is null: JSON has no infinity.
+///
+/// # Errors
+/// What is neither a number nor null.
+pub fn infinite_if_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let number = Option::<f64>::deserialize(deserializer)?;
+    Ok(number.unwrap_or(f64::INFINITY))
 }
 
 impl ImageError {

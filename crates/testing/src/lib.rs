@@ -29,7 +29,7 @@ pub use data::{
 pub use device::gpu;
 pub use entries::{check_counts, every_setting_arrives, refusal};
 pub use grids::{Place, grid, grid_of};
-pub use image_error::{ImageError, apart, between, difference, exactly, scale};
+pub use image_error::{ImageError, apart, between, difference, exactly, infinite_if_null, scale};
 pub use looks::{knot, look_of, ramp, surfaces, tilted};
 pub use meshes::{
     CUBE, cells, data_set, jumping, kuhn, kuhn_cells, mesh, mismatched, point_scalars, split,

@@ -12,12 +12,10 @@ use base64::engine::general_purpose::STANDARD;
 use image::RgbaImage;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
-use tetrascope::Settings;
 use tetrascope::core::Error;
 use tetrascope::scene::Scene;
 
 use super::Options;
-use super::peer::VTK;
 use crate::output::write;
 use crate::picture::{SignedMap, png};
 use crate::report::{Difference, ModelReport, Picture};
@@ -89,14 +87,7 @@ impl Parts {
             return None;
         }
         let mut model = stored.model;
-        for row in &mut model.rows {
-            // A peer promises nothing.
-            if row.algorithm != VTK {
-                let algorithm = tetrascope::algorithm(&row.algorithm).ok()?;
-                let settings = Settings::parse(algorithm, row.setting.split(',')).ok()?;
-                row.promise = (algorithm.promise)(&settings);
-            }
-        }
+        model.promise_again();
         let pictures = stored.pictures.into_iter().map(StoredPicture::read);
         Some(Part {
             model,

@@ -1,12 +1,12 @@
 //! How the time of a frame grows with cells and pixels.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::diagrams::{LegendItem, snug, style};
 use crate::panel::{Panel, Point, Series};
 
 /// An algorithm's times over sizes of one data set.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Scaling {
     /// The algorithm's name.
     pub algorithm: String,

@@ -9,5 +9,6 @@ mod program;
 #[cfg(feature = "resample")]
 mod resampling;
 mod series;
+mod texts;
 mod usage;
 mod voxels;

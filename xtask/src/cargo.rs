@@ -1,0 +1,85 @@
+//! `cargo`, started from here.
+
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use tetrascope::core::Error;
+
+/// `cargo COMMAND` on the workspace in `root`.
+pub(crate) fn cargo(root: &Path, command: &str) -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut cargo = Command::new(cargo);
+    cargo
+        .arg(command)
+        .arg("--manifest-path")
+        .arg(root.join("Cargo.toml"));
+    // What the `cargo` that runs this program has told it is not for another one.
+    for (name, _) in std::env::vars_os() {
+        let is_packages = name.to_string_lossy().starts_with("CARGO_PKG_");
+        if is_packages || name == "CARGO_MANIFEST_DIR" || name == "CARGO_MANIFEST_PATH" {
+            cargo.env_remove(name);
+        }
+    }
+    cargo
+}
+
+/// Set once somebody has asked this program to end, by Ctrl-C or by `kill`.
+///
+/// Once this is called, the program goes on after such a signal, until it has put away
+/// what it left and ends by itself.
+///
+/// # Errors
+/// The system does not let signals be handled.
+pub(crate) fn interruptions() -> Result<Arc<AtomicBool>, Error> {
+    let flag = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    for signal in [
+        signal_hook::consts::SIGINT,
+        signal_hook::consts::SIGTERM,
+        signal_hook::consts::SIGHUP,
+    ] {
+        signal_hook::flag::register(signal, Arc::clone(&flag)).map_err(|source| Error::Io {
+            action: "cannot handle signals of",
+            path: "xtask".into(),
+            source,
+        })?;
+    }
+    Ok(flag)
+}
+
+/// Runs a command to its end, or ends it where `interrupted` is set; how it ended.
+///
+/// # Errors
+/// It cannot be started, or was interrupted.
+pub(crate) fn finish(command: &mut Command, interrupted: &AtomicBool) -> Result<ExitStatus, Error> {
+    let child = command
+        .spawn()
+        .map_err(|source| not_started(command, source))?;
+    wait(child, interrupted).map_err(|source| not_started(command, source))
+}
+
+fn wait(mut child: Child, interrupted: &AtomicBool) -> std::io::Result<ExitStatus> {
+    loop {
+        if interrupted.load(Ordering::Relaxed) {
+            _ = child.kill();
+            child.wait()?;
+            return Err(std::io::Error::other("interrupted"));
+        }
+        if let Some(status) = child.try_wait()? {
+            return Ok(status);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// A program that does not run.
+pub(crate) fn not_started(command: &Command, source: std::io::Error) -> Error {
+    Error::Io {
+        action: "cannot run",
+        path: command.get_program().into(),
+        source,
+    }
+}
