@@ -1,5 +1,6 @@
 //! `cargo`, started from here.
 
+use std::io::ErrorKind;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus};
 use std::sync::Arc;
@@ -66,7 +67,7 @@ fn wait(mut child: Child, interrupted: &AtomicBool) -> std::io::Result<ExitStatu
         if interrupted.load(Ordering::Relaxed) {
             _ = child.kill();
             child.wait()?;
-            return Err(std::io::Error::other("interrupted"));
+            return Err(ErrorKind::Interrupted.into());
         }
         if let Some(status) = child.try_wait()? {
             return Ok(status);
@@ -81,5 +82,33 @@ pub(crate) fn not_started(command: &Command, source: std::io::Error) -> Error {
         action: "cannot run",
         path: command.get_program().into(),
         source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_runs_is_ended_by_an_interruption() {
+        // Cargo itself: it is there wherever this test runs, and ends soon if nobody ends it.
+        let mut slow = cargo(crate::machine::root(), "metadata");
+        slow.stdout(std::process::Stdio::null());
+        slow.stderr(std::process::Stdio::null());
+        let error = finish(&mut slow, &AtomicBool::new(true)).expect_err("it is interrupted");
+        let Error::Io { source, .. } = error else {
+            panic!("another error: {error}");
+        };
+        assert_eq!(source.kind(), ErrorKind::Interrupted);
+    }
+
+    #[test]
+    fn a_program_that_is_not_there_is_named() {
+        let mut missing = Command::new("no program is called this");
+        let error = finish(&mut missing, &AtomicBool::new(false)).expect_err("it is missing");
+        assert!(
+            error.to_string().contains("cannot run no program"),
+            "{error}"
+        );
     }
 }

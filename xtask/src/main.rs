@@ -94,7 +94,10 @@ fn finish(result: Result<ExitCode, Error>) -> ExitCode {
         if let Some(help) = tetrascope::help(&error) {
             eprintln!("help: {help}");
         }
+        let is_interrupted = matches!(&error, Error::Io { source, .. }
+            if source.kind() == std::io::ErrorKind::Interrupted);
         ExitCode::from(match error.kind() {
+            _ if is_interrupted => 1,
             ErrorKind::Failure => 1,
             ErrorKind::Usage => 2,
             ErrorKind::Input => 3,
