@@ -100,7 +100,7 @@ pub enum Effort {
 }
 
 /// What is expected of a setting on a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Expected {
     /// Of a frame.
     pub seconds: f64,
@@ -113,7 +113,7 @@ pub struct Expected {
 }
 
 /// What a setting was found to take on a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Found {
     /// Of a frame: the median of several, one if it is slow.
     pub seconds: f64,
@@ -145,7 +145,7 @@ pub enum GivesWay {
 }
 
 /// A setting that was tried on the scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
     /// The algorithm, and settings where they are not its defaults.
     pub name: String,

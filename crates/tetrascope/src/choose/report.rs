@@ -5,7 +5,8 @@ use std::fmt;
 use super::{Choice, Expected, Found, GivesWay, SampledError, Trial};
 
 impl Choice {
-    /// What was chosen and why, what was expected and what came out, one line each.
+    /// What was chosen and why, what was expected and what came out, one line each; what
+    /// [gives way](Choice::gives_way) says so itself.
     pub fn report(&self) -> Vec<String> {
         let mut lines = vec![
             format!("chose {}: {}", self.trial.name, self.why()),
@@ -19,7 +20,6 @@ impl Choice {
                 .iter()
                 .map(|why| format!("  not drawn: {why}")),
         );
-        lines.extend(self.gives_way.iter().map(|way| way.to_string()));
         lines
     }
 
