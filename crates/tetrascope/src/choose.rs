@@ -71,7 +71,7 @@ use sample::Sample;
 pub use sample::SampledError;
 
 /// Frames of a trial are timed for so long.
-const ENOUGH: Duration = Duration::from_millis(200);
+const ENOUGH: Duration = Duration::from_millis(300);
 
 /// What a picture has to keep; `None` is not asked for.
 ///
@@ -115,7 +115,7 @@ pub struct Expected {
 /// What a setting was found to take on a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Found {
-    /// Of a frame: the median of several, one if it is slow.
+    /// Of a frame: the least of several, as what else the machine does only adds to it.
     pub seconds: f64,
     /// For what lasts between frames, such as the upload of the volume, seconds.
     pub prepare: f64,

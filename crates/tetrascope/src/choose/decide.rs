@@ -15,7 +15,7 @@ pub(crate) const EXACT: f64 = 1e-5;
 const DOUBTFUL: usize = 4;
 
 /// Trials once a setting keeps all, for one that is better still.
-const MORE: usize = 3;
+const MORE: usize = 4;
 
 /// Trials of settings that may be within a budget and then are not.
 const LATE: usize = 5;
@@ -249,7 +249,7 @@ impl Search<'_> {
     /// Expected, after what trials of the same algorithm took.
     fn seconds(&self, index: usize) -> f64 {
         let of = |expected: &Expected, found: &Found| (found.seconds, expected.seconds);
-        self.candidates[index].expected.seconds * self.correction(index, of)
+        self.candidates[index].expected.seconds * self.correction(index, 1, of)
     }
 
     /// As little as it may take.
@@ -269,24 +269,31 @@ impl Search<'_> {
         };
         let expected = self.candidates[index].expected.error;
         match expected[0] > EXACT {
-            true => expected.map(|error| error * self.correction(index, of)),
+            true => expected.map(|error| error * self.correction(index, 0, of)),
             false => expected,
         }
     }
 
-    /// The geometric mean of quotients over trials of the same algorithm; 1 without any.
-    fn correction(&self, index: usize, of: impl Fn(&Expected, &Found) -> (f64, f64)) -> f64 {
+    /// The geometric mean of quotients over trials of the same algorithm, and of `ones` more that
+    /// are 1: a single time may be off by chance.
+    fn correction(
+        &self,
+        index: usize,
+        ones: usize,
+        of: impl Fn(&Expected, &Found) -> (f64, f64),
+    ) -> f64 {
         let group = self.candidates[index].group;
         let same = self
             .trials
             .iter()
-            .filter(|(t, _)| self.candidates[*t].group == group);
+            .filter(|(tried, _)| self.candidates[*tried].group == group);
         let logs = same.map(|(tried, found)| {
             let (found, expected) = of(&self.candidates[*tried].expected, found);
             (found / expected).ln()
         });
         let logs: Vec<f64> = logs.filter(|log| log.is_finite()).collect();
-        (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp()
+        let count = (logs.len() + ones).max(1);
+        (logs.iter().sum::<f64>() / count as f64).exp()
     }
 
     /// Errors in order, and times among those that are exact: these are far below any error.

@@ -149,9 +149,9 @@ fn an_error_that_is_greater_than_expected_is_found_out() {
 #[test]
 fn a_trial_corrects_the_other_settings_of_its_algorithm() {
     let settings = [
-        setting(0, [0.010, 0.080], [1e-7, 1e-7]),
-        setting(0, [0.011, 0.088], [1e-7, 1e-7]),
-        setting(0, [0.012, 0.096], [1e-7, 1e-7]),
+        setting(0, [0.010, 0.400], [1e-7, 1e-7]),
+        setting(0, [0.011, 0.440], [1e-7, 1e-7]),
+        setting(0, [0.012, 0.480], [1e-7, 1e-7]),
         setting(1, [0.030, 0.030], [1e-7, 1e-7]),
     ];
     let (decision, order) = run(&need(Some(1e-3), None), &settings);
