@@ -16,7 +16,8 @@
 //! 5. `ray` sorts, checks and integrates.
 //! 6. `look` adds clip planes, depth cue and isosurfaces.
 //! 7. `bound` derives the error bound that comes with each pixel.
-//! 8. `grid` does all of it for regular grids: trilinear interpolation, a cubic in each
+//! 8. `pixels` draws chosen pixels alone, by the same code.
+//! 9. `grid` does all of it for regular grids: trilinear interpolation, a cubic in each
 //!    voxel cell, split at knots and integrated by Gauss–Legendre rules; isosurfaces are
 //!    its roots, lit by the interpolant's gradient. Grids with coverage, too.
 //!
@@ -76,6 +77,7 @@ mod geometry;
 mod grid;
 mod image;
 mod look;
+mod pixels;
 mod predicate;
 mod ray;
 mod tile;
@@ -93,6 +95,7 @@ use tetrascope_core::{
 };
 
 pub use image::ReferenceImage;
+pub use pixels::ReferencePixels;
 pub use ray::Consistency;
 pub use trace::{Interval, RayTrace};
 
@@ -250,10 +253,23 @@ impl Reference {
             ends.map_or(f64::INFINITY, |ends| ends[pixel])
         };
         view.check_memory(BYTES_PER_PIXEL)?;
-        let background = view.premultiplied_background();
         let has_depths = self.appearance.optical_model == OpticalModel::Isosurfaces;
         let mut image = ReferenceImage::new(view, has_depths);
         let put = |part: &image::Part| image.add(part);
+        self.with_tiles(view, &end_of, |draw| in_tiles(view, on_progress, draw, put))?;
+        image.bytes_resident = self.bytes_resident();
+        image.seconds = start.elapsed().as_secs_f64();
+        Ok(image)
+    }
+
+    /// Runs `work` with what draws the pixels in columns and rows of this view.
+    fn with_tiles<T>(
+        &self,
+        view: &View,
+        end_of: &(dyn Fn(u32, u32) -> f64 + Sync),
+        work: impl FnOnce(&DrawTile) -> T,
+    ) -> Result<T, Error> {
+        let background = view.premultiplied_background();
         match &self.body {
             Body::Mesh { mesh, geometry } => {
                 let (frame, grid) = RayFrame::of_view(view, geometry)?;
@@ -267,23 +283,20 @@ impl Reference {
                     frame,
                     background,
                 };
-                let draw = |columns, rows, workspace: &mut _| {
-                    tile::draw(&scene, &positions, &grid, columns, rows, &end_of, workspace)
-                };
-                in_tiles(view, on_progress, draw, put);
+                Ok(work(&|columns, rows, workspace| {
+                    tile::draw(&scene, &positions, &grid, columns, rows, end_of, workspace)
+                }))
             }
             Body::Grid(grid) => {
                 grid.check_eye(view.camera.position)?;
                 let (_, _, forward) = view.camera.axes();
                 let camera = (view.camera.position, forward);
                 let scene = grid.scene(&self.appearance, camera, background);
-                let draw = |columns, rows, _: &mut _| scene.draw(view, columns, rows, &end_of);
-                in_tiles(view, on_progress, draw, put);
+                Ok(work(&|columns, rows, _| {
+                    scene.draw(view, columns, rows, end_of)
+                }))
             }
         }
-        image.bytes_resident = self.bytes_resident();
-        image.seconds = start.elapsed().as_secs_f64();
-        Ok(image)
     }
 
     /// How many times a BVH was built: once for each mesh with another geometry
@@ -369,12 +382,16 @@ const BYTES_PER_PIXEL: u64 = 32 + 8 + 8 + 16 + 4;
 /// large images do not take twice their memory.
 const BAND: u32 = 4096;
 
-/// Draws the tiles of an image, on all threads; `draw` gets columns and rows, `put` the
-/// parts in order.
+/// Draws the pixels in columns and rows, row by row, at most [`SIDE`] each; with each goes how
+/// many cells its ray has met.
+type DrawTile<'a> =
+    dyn Fn(Range<u32>, Range<u32>, &mut Workspace) -> Vec<(Outcome, usize)> + Sync + 'a;
+
+/// Draws the tiles of an image, on all threads; `put` gets the parts in order.
 fn in_tiles(
     view: &View,
     on_progress: &(dyn Fn(f64) + Sync),
-    draw: impl Fn(Range<u32>, Range<u32>, &mut Workspace) -> Vec<(Outcome, usize)> + Sync,
+    draw: &DrawTile,
     mut put: impl FnMut(&image::Part),
 ) {
     let side = SIDE as u32;

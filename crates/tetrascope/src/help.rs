@@ -4,10 +4,11 @@ use tetrascope_core::{Error, text};
 use tetrascope_scene::nearest;
 
 /// What the help of a library's error says, and how it is said at the command line.
-const SPELLINGS: [(&str, &str); 7] = [
+const SPELLINGS: [(&str, &str); 8] = [
     ("`dims` and `type`", "--dims 256x256x128 --type u8"),
     ("leave out `solution`", "leave out --solution"),
     ("`solution`", "--solution FILE"),
+    ("allow more `memory`", "allow more --memory"),
     (
         "draw it as a series",
         "draw it as a series with `tetrascope render FILE -o frame_%04d.png`",

@@ -31,7 +31,7 @@
 //!
 //! # Features
 //! One a renderer: `reference` (CPU), `projection`, `raycast-peel`, `resample`, `slicing` and
-//! `voxel-hw` (GPU); `cli` is the program. Without them this crate reads and describes volumes and
+//! `voxel-hw` (GPU); `choose` picks among those that are compiled in; `cli` is the program. Without them this crate reads and describes volumes and
 //! draws none.
 
 pub use tetrascope_core as core;
@@ -54,6 +54,8 @@ pub use tetrascope_slicing as slicing;
 pub use tetrascope_voxel_hw as voxel_hw;
 
 pub mod algorithms;
+#[cfg(feature = "choose")]
+pub mod choose;
 mod context;
 pub mod emptiness;
 mod help;

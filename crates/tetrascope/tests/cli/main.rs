@@ -1,6 +1,7 @@
 //! The program as its users meet it: what it prints, writes and returns.
 
 mod bad_input;
+mod choose;
 mod first;
 mod grids;
 mod lists;

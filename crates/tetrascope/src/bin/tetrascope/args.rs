@@ -21,6 +21,8 @@ use tetrascope::voxel_hw::machine::MachineConfig;
 #[cfg(feature = "voxel-hw")]
 use tetrascope::voxel_hw::{Arithmetic, Columns, FirstVoxel};
 
+use crate::need::NeedArgs;
+
 const EXIT_CODES: &str = "\
 Exit codes:
   0  done
@@ -38,6 +40,8 @@ Examples:
   tetrascope render head.nii.gz --range 100,400
   tetrascope render head.raw --dims 256x256x93 --type i16 --spacing 1,1,1.5
   tetrascope render mesh.vtu --camera fit+x --colormap inferno --size 800x600
+  tetrascope render mesh.vtu --error 1e-3
+  tetrascope render mesh.vtu --budget 16ms --memory 2GB
   tetrascope render 'step_*.vtu' -o frame_%04d.png
   tetrascope resample mesh.vtu --dims 256 --all-fields -o grid.vti
   tetrascope voxelize mesh.vtu --dims 128 --samples 3 -o grid.vti
@@ -115,6 +119,8 @@ pub(crate) struct RenderArgs {
     /// A quality setting of the algorithm; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
+    #[command(flatten)]
+    pub(crate) need: NeedArgs,
     /// Where to write: .png (sRGB), .exr or .npy (linear floats) [default: NAME.png here];
     /// for a series with %d or %04d, the step's number from 0
     #[arg(short, long, value_name = "FILE")]

@@ -10,6 +10,7 @@ mod info;
 mod lists;
 #[cfg(any(feature = "resample", feature = "voxel-hw"))]
 mod mesh;
+mod need;
 mod output;
 mod picture;
 mod render;

@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
-use tetrascope::core::{Error, VolumeRenderer as _};
+use serde_json::{Value, json};
+use tetrascope::choose::Need;
+use tetrascope::core::{Error, Frame, Volume, VolumeRenderer as _};
 use tetrascope::io::image::{self, write_image};
-use tetrascope::{Context, Settings, emptiness};
+use tetrascope::scene::Scene;
+use tetrascope::{Algorithm, Context, Settings, emptiness};
 
 use crate::args::RenderArgs;
+use crate::need::choice_json;
 use crate::output::{Output, Stop};
 use crate::picture::{Input, Picture, Times};
 use crate::scene::Request;
@@ -15,13 +18,12 @@ use crate::series::{self, Steps};
 
 pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     // What can be refused at once is refused before the volume is read.
-    let algorithm = tetrascope::algorithm(&args.algorithm)?;
-    let settings = Settings::parse(algorithm, args.settings.iter().map(String::as_str))?;
+    let how = How::of(args)?;
     if let Some(threads) = args.threads {
         use_threads(threads.into())?;
     }
     if let Some(steps) = Steps::find_for(args)? {
-        return series::run(args, &steps, algorithm, settings, output);
+        return series::run(args, &steps, how, output);
     }
     let request = Request::new(&args.scene, args.scene.volume.first())?;
     let path = match &args.output {
@@ -39,23 +41,10 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     let inputs = inputs.collect::<Result<Vec<Input>, Error>>()?;
     let volume = &loaded.volume;
     let scene = request.resolve(volume, output)?;
-    (algorithm.supports)(volume, &scene.appearance, &scene.view, &settings)?;
-    scene.view.check_memory(BYTES_PER_PIXEL)?;
-
-    let context = match output.progress() {
-        Some(progress) => Context::new().with_progress(progress),
-        None => Context::new(),
-    };
-    let what = format!("preparing {} {settings}", algorithm.name);
-    let (renderer, prepare) = output.timed(what.trim_end(), || {
-        (algorithm.build)(&context, volume, &scene.appearance, &settings)
-    })?;
-    let adapter = context.adapter();
-    if let Some(adapter) = &adapter {
-        output.note(format_args!("  {adapter}"));
-    }
-    let what = format!("drawing {}x{} pixels", scene.view.width, scene.view.height);
-    let (frame, render) = output.timed(&what, || renderer.render(&scene.view))?;
+    let drawn = how.draw(args, (volume, &scene), output)?;
+    let Drawn {
+        algorithm, frame, ..
+    } = drawn;
     for note in &frame.stats.notes {
         output.note(format_args!("  {note}"));
     }
@@ -63,11 +52,11 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
 
     let picture = Picture {
         algorithm,
-        settings,
+        settings: drawn.settings,
         loaded: &loaded,
         inputs,
         scene,
-        adapter,
+        adapter: drawn.adapter,
         frame,
     };
     let ((), write) = output.timed(&format!("writing {}", path.display()), || {
@@ -84,13 +73,110 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     }
     let times = Times {
         load,
-        prepare,
-        render,
+        prepare: drawn.prepare,
+        render: drawn.render,
         write,
     };
     let mut report = picture.report(&times, warning.as_ref());
+    if let Some(choice) = drawn.choice {
+        report["choice"] = choice;
+    }
     report["output"] = json!(path.to_string_lossy());
     output.json_result(&report)
+}
+
+/// What draws.
+pub(crate) enum How {
+    /// What the command line names.
+    Named(&'static Algorithm, Settings),
+    /// What does this best.
+    Need(Need),
+}
+
+/// A picture, and how it was drawn.
+struct Drawn {
+    algorithm: &'static Algorithm,
+    settings: Settings,
+    frame: Frame,
+    /// In words; `None` if the CPU drew.
+    adapter: Option<String>,
+    /// Seconds.
+    prepare: f64,
+    render: f64,
+    /// As JSON, if the algorithm was chosen.
+    choice: Option<Value>,
+}
+
+impl How {
+    fn of(args: &RenderArgs) -> Result<How, Error> {
+        if let Some(need) = args.need.need()? {
+            return Ok(How::Need(need));
+        }
+        let algorithm = tetrascope::algorithm(&args.algorithm)?;
+        let settings = Settings::parse(algorithm, args.settings.iter().map(String::as_str))?;
+        Ok(How::Named(algorithm, settings))
+    }
+
+    fn draw(
+        self,
+        args: &RenderArgs,
+        (volume, scene): (&Volume, &Scene),
+        output: &Output,
+    ) -> Result<Drawn, Error> {
+        match self {
+            How::Named(algorithm, settings) => {
+                draw_by(algorithm, settings, (volume, scene), output)
+            }
+            How::Need(need) => {
+                scene.view.check_memory(BYTES_PER_PIXEL)?;
+                let context = Context::new();
+                let choice = args.need.choose(&need, (volume, scene), &context, output)?;
+                Ok(Drawn {
+                    choice: Some(choice_json(&choice)),
+                    algorithm: choice.algorithm,
+                    adapter: context.adapter().filter(|_| choice.algorithm.needs_gpu),
+                    prepare: choice.trial.found.prepare,
+                    render: choice.trial.found.seconds,
+                    settings: choice.settings,
+                    frame: choice.frame,
+                })
+            }
+        }
+    }
+}
+
+/// Draws by an algorithm.
+fn draw_by(
+    algorithm: &'static Algorithm,
+    settings: Settings,
+    (volume, scene): (&Volume, &Scene),
+    output: &Output,
+) -> Result<Drawn, Error> {
+    (algorithm.supports)(volume, &scene.appearance, &scene.view, &settings)?;
+    scene.view.check_memory(BYTES_PER_PIXEL)?;
+    let context = match output.progress() {
+        Some(progress) => Context::new().with_progress(progress),
+        None => Context::new(),
+    };
+    let what = format!("preparing {} {settings}", algorithm.name);
+    let (renderer, prepare) = output.timed(what.trim_end(), || {
+        (algorithm.build)(&context, volume, &scene.appearance, &settings)
+    })?;
+    let adapter = context.adapter();
+    if let Some(adapter) = &adapter {
+        output.note(format_args!("  {adapter}"));
+    }
+    let what = format!("drawing {}x{} pixels", scene.view.width, scene.view.height);
+    let (frame, render) = output.timed(&what, || renderer.render(&scene.view))?;
+    Ok(Drawn {
+        algorithm,
+        settings,
+        frame,
+        adapter,
+        prepare,
+        render,
+        choice: None,
+    })
 }
 
 /// Memory for a pixel of any algorithm's picture, at least: the frame with its depths, and the

@@ -27,7 +27,7 @@ use tetrascope::{Algorithm, Context, Renderer, Settings, emptiness};
 use crate::args::RenderArgs;
 use crate::output::{Output, StepError, Stop, Watch};
 use crate::picture::{Input, Picture, Times};
-use crate::render::BYTES_PER_PIXEL;
+use crate::render::{BYTES_PER_PIXEL, How};
 use crate::scene::Request;
 
 pub(crate) use common::Common;
@@ -39,13 +39,7 @@ use whole::Whole;
 /// What is told of a frame that cannot be drawn.
 const RESUME: &str = "--resume goes on with the frames that are not there yet";
 
-pub(crate) fn run(
-    args: &RenderArgs,
-    steps: &Steps,
-    algorithm: &'static Algorithm,
-    settings: Settings,
-    output: &Output,
-) -> Result<(), Stop> {
+pub(crate) fn run(args: &RenderArgs, steps: &Steps, how: How, output: &Output) -> Result<(), Stop> {
     let name = frame_name(args.output.as_deref())?;
     let numbers = steps.numbers(args.series.steps)?;
     image::check_path(&name.path(numbers[0]))?;
@@ -61,6 +55,22 @@ pub(crate) fn run(
     let common = match args.series.each_step {
         true => None,
         false => Some(Common::find(&request, steps, output)?),
+    };
+
+    let (algorithm, settings) = match how {
+        How::Named(algorithm, settings) => (algorithm, settings),
+        How::Need(need) => {
+            // The first frame that is drawn speaks for all.
+            let step = &steps.list[numbers[0]];
+            let (loaded, scene) =
+                load(&request, common.as_ref(), step, None).map_err(at(step, None))?;
+            scene.view.check_memory(BYTES_PER_PIXEL)?;
+            let scene = (&loaded.volume, &scene);
+            let context = Context::new();
+            let choice = args.need.choose(&need, scene, &context, output);
+            let choice = choice.map_err(at(step, None))?;
+            (choice.algorithm, choice.settings)
+        }
     };
 
     let watch = output.watch(numbers.len());
@@ -225,16 +235,26 @@ impl Series {
     /// A step and its scene.
     fn load(&mut self, step: &Step) -> Result<(Loaded, Scene), Error> {
         let previous = self.previous.take();
-        if let Some(common) = &self.common {
-            let scene = common.scene_of(step);
-            return Ok((common.load(&scene.source, previous.as_ref())?, scene));
-        }
-        let mut request = self.request.clone();
-        request.file.volume.file = Some(step.file.clone());
-        let loaded = volumes::load_step(&request.file.volume, previous.as_ref())?;
-        let scene = request.complete(request.file.resolve(&loaded.volume))?;
-        Ok((loaded, scene))
+        load(&self.request, self.common.as_ref(), step, previous.as_ref())
     }
+}
+
+/// A step and its scene, with what it shares with the step before.
+fn load(
+    request: &Request,
+    common: Option<&Common>,
+    step: &Step,
+    previous: Option<&Volume>,
+) -> Result<(Loaded, Scene), Error> {
+    if let Some(common) = common {
+        let scene = common.scene_of(step);
+        return Ok((common.load(&scene.source, previous)?, scene));
+    }
+    let mut request = request.clone();
+    request.file.volume.file = Some(step.file.clone());
+    let loaded = volumes::load_step(&request.file.volume, previous)?;
+    let scene = request.complete(request.file.resolve(&loaded.volume))?;
+    Ok((loaded, scene))
 }
 
 /// A stopwatch.
