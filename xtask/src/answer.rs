@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use serde::Serialize;
+use tetrascope::choose::Need;
 
 use crate::diagrams::{style, words};
 use crate::panel::{STYLES, mark};
-use crate::report::{Outcome, Report, SceneReport};
+use crate::report::{ModelReport, Outcome, Report, SceneReport, milliseconds, scientific};
 
 /// The errors (RMSE) within which the fastest setting is looked for.
 pub const WITHIN: [f64; 3] = [1e-2, 1e-3, 1e-4];
@@ -65,26 +66,95 @@ impl Answer {
     }
 }
 
+/// What a need comes to in one scene and model, as it was measured.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Winner {
+    /// Scene and optical model.
+    pub of: String,
+    /// The fastest within the error or, where none was asked, the most exact within the time; `None`
+    /// where nothing was drawn, or nothing within the error.
+    pub choice: Option<Choice>,
+    /// Whether its frames take longer than asked, as none within the error is as fast.
+    pub is_late: bool,
+}
+
+/// The winner of each scene and model. Times are those until pixels are in memory.
+pub fn winners(report: &Report, need: &Need) -> Vec<Winner> {
+    let models = report
+        .scenes
+        .iter()
+        .flat_map(|scene| scene.models.iter().map(move |model| (scene, model)));
+    models
+        .map(|(scene, model)| {
+            let budget = need.budget.map_or(f64::INFINITY, |b| b.as_secs_f64() * 1e3);
+            let all = choices(model);
+            let within: Vec<&(Choice, f64)> = all
+                .iter()
+                .filter(|(choice, _)| choice.rmse <= need.error.unwrap_or(f64::INFINITY))
+                .collect();
+            let in_time = within.iter().filter(|(_, wall_ms)| *wall_ms <= budget);
+            let fastest = within.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+            let best = match need.error {
+                Some(_) => fastest,
+                // Where none is in time, the fastest is the nearest to it.
+                None => in_time
+                    .min_by(|a, b| a.0.rmse.total_cmp(&b.0.rmse))
+                    .or(fastest),
+            };
+            Winner {
+                of: format!("{} {}", scene.name, model.model),
+                choice: best.map(|best| best.0.clone()),
+                is_late: best.is_some_and(|best| best.1 > budget),
+            }
+        })
+        .collect()
+}
+
+impl Winner {
+    /// In words.
+    pub fn says(&self) -> String {
+        let Some(choice) = &self.choice else {
+            return format!("{}: nothing is as exact", self.of);
+        };
+        let late = if self.is_late {
+            ", later than asked"
+        } else {
+            ""
+        };
+        format!(
+            "{}: {} {}, RMSE {}, {} ms{late}",
+            self.of,
+            choice.algorithm,
+            choice.setting,
+            scientific(choice.rmse),
+            milliseconds(choice.frame_ms)
+        )
+    }
+}
+
+/// What was compared in a model, each with its wall time in milliseconds.
+fn choices(model: &ModelReport) -> Vec<(Choice, f64)> {
+    let rows = model.rows.iter().filter_map(|row| {
+        let Outcome::Drawn(drawn) = &row.outcome else {
+            return None;
+        };
+        let choice = Choice {
+            algorithm: row.algorithm.clone(),
+            class: format!("s{}", style(&row.algorithm) % STYLES),
+            mark: mark(style(&row.algorithm)),
+            setting: words(&row.setting),
+            frame_ms: drawn.frame_ms,
+            rmse: drawn.error.as_ref()?.image.rmse,
+        };
+        Some((choice, drawn.wall_ms))
+    });
+    rows.collect()
+}
+
 fn lines(scene_number: usize, scene: &SceneReport) -> Vec<AnswerLine> {
     let mut lines = Vec::new();
     for model in &scene.models {
-        let choices: Vec<Choice> = model
-            .rows
-            .iter()
-            .filter_map(|row| {
-                let Outcome::Drawn(drawn) = &row.outcome else {
-                    return None;
-                };
-                Some(Choice {
-                    algorithm: row.algorithm.clone(),
-                    class: format!("s{}", style(&row.algorithm) % STYLES),
-                    mark: mark(style(&row.algorithm)),
-                    setting: words(&row.setting),
-                    frame_ms: drawn.frame_ms,
-                    rmse: drawn.error.as_ref()?.image.rmse,
-                })
-            })
-            .collect();
+        let choices: Vec<Choice> = choices(model).into_iter().map(|c| c.0).collect();
         if choices.is_empty() {
             continue;
         }
@@ -208,5 +278,40 @@ mod tests {
     #[test]
     fn nothing_compared_is_no_answer() {
         assert!(Answer::of(&with(&[])).is_none());
+    }
+
+    #[test]
+    fn needs_are_met_where_they_can_be() {
+        // Wall times are 5 ms in all.
+        let report = with(&[
+            ("slicing", 5e-3, 1.0),
+            ("projection", 1e-6, 9.0),
+            ("raycast-peel", 1e-5, 8.0),
+        ]);
+        let winner = |error, milliseconds: Option<u64>| {
+            let need = Need {
+                error,
+                budget: milliseconds.map(std::time::Duration::from_millis),
+                ..Need::default()
+            };
+            let winners = winners(&report, &need);
+            assert_eq!(winners.len(), 1);
+            winners[0].says()
+        };
+        let of = "sphere emission-absorption: ";
+        for (need, says) in [
+            (
+                (Some(1e-5), None),
+                "projection default, RMSE 1.00e-6, 9.00 ms",
+            ),
+            ((Some(1e-7), None), "nothing is as exact"),
+            ((None, Some(6)), "projection default, RMSE 1.00e-6, 9.00 ms"),
+            (
+                (None, Some(4)),
+                "slicing default, RMSE 5.00e-3, 1.00 ms, later than asked",
+            ),
+        ] {
+            assert_eq!(winner(need.0, need.1), format!("{of}{says}"));
+        }
     }
 }

@@ -18,10 +18,11 @@ mod scaling;
 pub use plan::resolve;
 
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use tetrascope::Context;
+use tetrascope::choose::Need;
 use tetrascope::core::{Error, Volume};
 use tetrascope::scene::Scene;
 use tetrascope_testing::ImageError;
@@ -30,6 +31,7 @@ use self::contender::{Contender, milliseconds};
 use self::judge::{checks, model_report, truth_of};
 use self::parts::{Part, Parts};
 use self::peer::Peer;
+use crate::answer::winners;
 use crate::output::{phase, progress, write};
 use crate::picture::{shown, signed_map};
 use crate::report::{
@@ -67,6 +69,12 @@ pub struct Options {
     /// Print the report as JSON in place of the table
     #[arg(long)]
     pub json: bool,
+    /// Name the fastest setting of each scene whose RMSE is at most this, as 1e-3
+    #[arg(long, value_name = "RMSE", value_parser = Need::parse_error)]
+    pub error: Option<f64>,
+    /// Name the most exact setting of each scene that draws in this time, as 16ms
+    #[arg(long, value_name = "TIME", value_parser = Need::parse_budget)]
+    pub budget: Option<Duration>,
     /// Draw with another program's renderers, too: VTK's by Python
     #[arg(long, value_parser = [peer::VTK])]
     pub peer: Option<String>,
@@ -142,6 +150,16 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     match options.json {
         true => print!("{}", report.to_json()),
         false => print!("{}", report.to_table()),
+    }
+    let need = Need {
+        error: options.error,
+        budget: options.budget,
+        memory: None,
+    };
+    if need != Need::default() && !options.json {
+        for winner in winners(&report, &need) {
+            println!("{}", winner.says());
+        }
     }
     let page = folder.join("index.html");
     write(&folder.join("report.json"), report.to_json())?;

@@ -22,6 +22,8 @@ fn check(out: &Path) -> Options {
         repeat: 5,
         out: Some(out.into()),
         check: true,
+        error: None,
+        budget: None,
         peer: None,
         scaling: false,
         memory: false,

@@ -57,6 +57,8 @@ fn compared(algorithms: &[&str], model: &str, depth_cue: Option<f64>) -> Vec<ser
         repeat: 1,
         out: Some(folder.path().join("out")),
         check: false,
+        error: None,
+        budget: None,
         peer: None,
         scaling: false,
         memory: false,

@@ -49,6 +49,7 @@ mod fit;
 mod measure;
 mod report;
 mod sample;
+mod words;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
