@@ -19,7 +19,7 @@ pub mod report;
 pub mod texts;
 
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::atomic::AtomicBool;
 
 use tetrascope::core::Error;
@@ -149,6 +149,8 @@ fn asked_texts() -> Result<Vec<PathBuf>, Error> {
     let mut tests = tests();
     tests.env("INSTA_SNAPSHOT_REFERENCES_FILE", &list);
     tests.args(["--", "--skip", "pictures_are_as_reviewed"]);
+    // What is printed is the list of what is dead, and nothing else.
+    tests.stdout(Stdio::null());
     if !test(&mut tests)? {
         return Err(Error::Invalid {
             what: "a test has failed, so it is not known which texts it asks for".into(),
