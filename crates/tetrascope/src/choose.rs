@@ -71,7 +71,7 @@ use sample::Sample;
 pub use sample::SampledError;
 
 /// Frames of a trial are timed for so long.
-const ENOUGH: Duration = Duration::from_millis(300);
+const ENOUGH: Duration = Duration::from_millis(600);
 
 /// What a picture has to keep; `None` is not asked for.
 ///
