@@ -20,9 +20,9 @@ const MORE: usize = 4;
 /// Trials of settings that may be within a budget and then are not.
 const LATE: usize = 5;
 
-/// How many times faster than expected, beside its spread, an algorithm may be that was not tried
-/// on the scene yet: what was measured on another day errs alike for all of its settings.
-const UNTRIED: f64 = 2.0;
+/// How many times faster than expected, beside its spread, a setting may be: what was measured on
+/// a busy day was seen to err by more.
+const SURPRISE: f64 = 2.0;
 
 /// By how much an error has to be less to be worth another trial.
 const CLEARLY: f64 = 1.5;
@@ -266,13 +266,7 @@ impl Search<'_> {
 
     /// As little as it may take.
     fn at_best(&self, index: usize) -> f64 {
-        let Candidate { group, expected } = &self.candidates[index];
-        let is_known = |(tried, _): &(usize, Found)| self.candidates[*tried].group == *group;
-        let more = match self.trials.iter().any(is_known) {
-            true => 1.0,
-            false => UNTRIED,
-        };
-        self.seconds(index) / (expected.spread * more)
+        self.seconds(index) / (self.candidates[index].expected.spread * SURPRISE)
     }
 
     /// Expected, least and greatest, after the errors of trials of the same algorithm.
