@@ -1,6 +1,6 @@
 //! Chooses an algorithm and its settings by what a picture needs: an error, a time, a memory.
 //!
-//! 1. `sample` casts a few hundred rays of the ground truth through the scene: how much work the
+//! 1. `sample` casts some two thousand rays of the ground truth through the scene: how much work the
 //!    picture is (`features`), and what it has to be in these pixels.
 //! 2. `calibrate` has measured all `candidates` on a few small scenes, once for each machine,
 //!    optical model and kind of volume; `cache` keeps that. `fit` makes sums of terms of it, which
@@ -72,7 +72,7 @@ use sample::Sample;
 pub use sample::SampledError;
 
 /// Frames of a trial are timed for so long.
-const ENOUGH: Duration = Duration::from_millis(300);
+const ENOUGH: Duration = Duration::from_millis(600);
 
 /// What a picture has to keep; `None` is not asked for.
 ///

@@ -21,7 +21,7 @@ use super::{Effort, Expected, measure};
 use crate::{Context, volumes};
 
 /// Frames are timed for so long.
-const ENOUGH: Duration = Duration::from_millis(40);
+const ENOUGH: Duration = Duration::from_millis(100);
 
 /// A setting is hopeless, and not tried on more scenes, if it takes more seconds for a frame than
 /// the first and as many times those of the fastest as the second, or if it takes more than the

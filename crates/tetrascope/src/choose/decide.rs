@@ -20,6 +20,10 @@ const MORE: usize = 4;
 /// Trials of settings that may be within a budget and then are not.
 const LATE: usize = 5;
 
+/// How many times faster than expected, beside its spread, a setting may be: what was measured on
+/// a busy day was seen to err by more.
+const SURPRISE: f64 = 2.0;
+
 /// By how much an error has to be less to be worth another trial.
 const CLEARLY: f64 = 1.5;
 
@@ -103,9 +107,27 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The fastest that keeps the error.
+    /// The fastest that keeps the error, or else a most exact one that does.
     fn keep_error(&mut self, target: f64) -> Option<usize> {
-        let (mut best, mut misses, mut more) = (None::<usize>, 0, 0);
+        let mut best = self.fastest(target);
+        for _ in 0..2 {
+            if best.is_some() {
+                break;
+            }
+            let next = least(self.open(), |i| self.error(i)[1].max(f64::MIN_POSITIVE))?;
+            let found = self.attempt(next);
+            best = found.filter(|f| f.error.keeps(target)).map(|_| next);
+        }
+        best
+    }
+
+    /// The fastest of those that are likely to keep the error.
+    fn fastest(&mut self, target: f64) -> Option<usize> {
+        let kept = self.trials.iter();
+        let kept = kept.filter(|(_, f)| f.error.keeps(target) && self.fits(f));
+        let kept = kept.min_by(|(_, a), (_, b)| a.seconds.total_cmp(&b.seconds));
+        let mut best = kept.map(|(index, _)| *index);
+        let (mut misses, mut more) = (0, 0);
         loop {
             let limit = best.and_then(|best| Some(self.found(best)?.seconds));
             let may = |i: usize| {
@@ -129,15 +151,6 @@ impl Search<'_> {
                 _ => misses += 1,
             }
         }
-        // The most exact ones, should nothing that is likely keep the error.
-        for _ in 0..2 {
-            if best.is_some() {
-                break;
-            }
-            let next = least(self.open(), |i| self.error(i)[1].max(f64::MIN_POSITIVE))?;
-            let found = self.attempt(next);
-            best = found.filter(|f| f.error.keeps(target)).map(|_| next);
-        }
         best
     }
 
@@ -155,8 +168,9 @@ impl Search<'_> {
             let likely = self.open().filter(|i| may(*i));
             let likely = likely.filter(|i| self.seconds(*i) <= budget);
             let mut next = least(likely, |i| self.rank(i));
-            if next.is_none() && best.is_none() {
-                let doubtful = self.open().filter(|i| self.at_best(*i) <= budget);
+            if next.is_none() {
+                let doubtful = self.open().filter(|i| may(*i));
+                let doubtful = doubtful.filter(|i| self.at_best(*i) <= budget);
                 next = least(doubtful, |i| self.seconds(i));
             }
             let Some(next) = next else { break };
@@ -171,12 +185,10 @@ impl Search<'_> {
             }
         }
         if best.is_none() {
-            let fastest = self.trials.iter().map(|(_, found)| found.seconds);
-            let fastest = fastest.fold(f64::INFINITY, f64::min);
-            let next = least(self.open(), |i| self.seconds(i));
-            if let Some(next) = next.filter(|i| self.at_best(*i) < fastest) {
-                best = Some(next).zip(self.attempt(next).filter(|f| f.seconds <= budget));
-            }
+            // The fastest of all, whatever its error.
+            let fastest = self.fastest(f64::INFINITY)?;
+            let found = self.found(fastest)?;
+            return (found.seconds <= budget).then_some(fastest);
         }
         best.map(|(index, _)| index)
     }
@@ -254,7 +266,7 @@ impl Search<'_> {
 
     /// As little as it may take.
     fn at_best(&self, index: usize) -> f64 {
-        self.seconds(index) / self.candidates[index].expected.spread
+        self.seconds(index) / (self.candidates[index].expected.spread * SURPRISE)
     }
 
     /// Expected, least and greatest, after the errors of trials of the same algorithm.

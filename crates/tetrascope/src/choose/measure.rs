@@ -8,7 +8,7 @@ use super::candidates::Setup;
 use crate::Context;
 
 /// The most frames that are timed.
-const MOST_FRAMES: usize = 5;
+const MOST_FRAMES: usize = 8;
 
 /// A frame as slow as this is not drawn again: what warms up does not matter beside it.
 const SLOW: Duration = Duration::from_secs(4);

@@ -128,3 +128,28 @@ fn what_makes_no_sense_is_refused_with_what_does() {
     }
     assert!(folder.files().is_empty(), "{:?}", folder.files());
 }
+
+#[test]
+fn a_series_is_drawn_by_what_its_first_frame_chooses() {
+    let folder = Folder::new();
+    for (name, height) in [("step_1.vtk", 1.0), ("step_2.vtk", 2.0)] {
+        folder.write(name, super::series::mesh(height, 0.0, 1.0));
+    }
+    let line = "render step_*.vtk --size 16 --error 1e-12 -o frame_%d.png";
+    let drawn = run(&folder, line).succeeded();
+    assert_eq!(drawn.stdout, "frame_0.png\nframe_1.png\n");
+    assert_eq!(
+        drawn.stderr.matches("chose reference").count(),
+        1,
+        "{}",
+        drawn.stderr
+    );
+    // What is there was drawn by an algorithm, which is to be named.
+    let refused = run(&folder, &format!("{line} --resume"));
+    assert_eq!(refused.code, 2);
+    assert!(
+        refused.stderr.contains("cannot be used with"),
+        "{}",
+        refused.stderr
+    );
+}

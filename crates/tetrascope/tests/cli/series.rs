@@ -7,7 +7,7 @@ use super::program::{Folder, Run};
 const SMALL: &str = "--size 16 -q";
 
 /// A mesh of one hexahedron of this height; its field goes from `low` to `high`.
-fn mesh(height: f64, low: f64, high: f64) -> String {
+pub(crate) fn mesh(height: f64, low: f64, high: f64) -> String {
     mesh_with("T", height, low, high)
 }
 

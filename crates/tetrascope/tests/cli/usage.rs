@@ -74,7 +74,10 @@ fn wrong_usage_has_its_own_code() {
 }
 
 /// Options with a value, each with values that are wrong.
-const WRONG_VALUES: [(&str, &[&str]); 21] = [
+const WRONG_VALUES: [(&str, &[&str]); 24] = [
+    ("--error", &["0", "-1e-3", "nan", "small"]),
+    ("--budget", &["16", "0ms", "-1s", "soon"]),
+    ("--memory", &["2", "0GB", "-1MB", "much"]),
     ("--algorithm", &["", "refrence"]),
     ("--set", &["a=b", "a", "="]),
     ("--output", &["a.jpg", "a"]),
@@ -146,7 +149,8 @@ const WRONG_RAW_VALUES: [(&str, &[&str]); 3] = [
 /// Options whose value is a name of the user's: any is right in itself.
 const NAMES: [&str; 3] = ["--solution", "--field", "--scene"];
 /// Options without a value.
-const FLAGS: [&str; 8] = [
+const FLAGS: [&str; 9] = [
+    "--recalibrate",
     "--orthographic",
     "--resume",
     "--each-step",
