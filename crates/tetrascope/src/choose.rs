@@ -64,9 +64,9 @@ use tetrascope_reference::{Reference, ReferenceOptions};
 use crate::{Algorithm, Context, Settings};
 use cache::Machine;
 pub use cache::user_cache;
-use calibrate::{Calibration, Kind};
+use calibrate::{Calibration, Kind, rmse};
 use candidates::{Setup, candidates};
-use decide::{Candidate, decide};
+use decide::{Candidate, EXACT, decide};
 use report::bytes;
 use sample::Sample;
 pub use sample::SampledError;
@@ -309,16 +309,25 @@ impl<'a> Chooser<'a> {
             expected: expected.clone(),
         };
         let all: Vec<Candidate> = options.iter().map(candidate).collect();
-        let mut frames = BTreeMap::new();
+        let mut frames: BTreeMap<usize, Frame> = BTreeMap::new();
+        let mut exact: Option<(usize, SampledError)> = None;
         let decision = decide(need, &all, &mut |index| {
             let setup = &options[index].0;
             (self.say)(&format!("trying {}", setup.name()));
             let drawn = measure::draw(self.context, volume, appearance, view, setup, ENOUGH)?;
+            let mut error = sample.error(&drawn.frame);
+            match &exact {
+                Some((of, exact)) => {
+                    error = error.beside(rmse(&frames[of], &drawn.frame), exact);
+                }
+                None if error.keeps(EXACT) => exact = Some((index, error.clone())),
+                None => {}
+            }
             let found = Found {
                 seconds: drawn.seconds,
                 prepare: drawn.prepare,
                 bytes: drawn.frame.stats.bytes_resident,
-                error: sample.error(&drawn.frame),
+                error,
             };
             frames.insert(index, drawn.frame);
             Ok(found)

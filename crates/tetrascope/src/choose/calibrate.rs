@@ -300,7 +300,7 @@ fn measured(
 }
 
 /// √(mean of squared differences) over all pixels and channels.
-fn rmse(truth: &Frame, frame: &Frame) -> f64 {
+pub(crate) fn rmse(truth: &Frame, frame: &Frame) -> f64 {
     let channels = truth
         .pixels
         .iter()

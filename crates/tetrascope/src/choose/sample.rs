@@ -31,7 +31,8 @@ pub struct SampledError {
     /// √(mean of squared differences), estimated for the whole picture.
     pub rmse: f64,
     /// The RMSE is below this with a probability of 95 %, as far as the sample tells: errors in
-    /// few pixels alone, such as at outlines of surfaces, may have escaped it.
+    /// few pixels alone, such as at outlines of surfaces, may have escaped it. Where an exact
+    /// picture was drawn before, both numbers also follow from all pixels of that.
     pub upper: f64,
     /// The greatest difference in the sample.
     pub greatest: f64,
@@ -41,6 +42,19 @@ impl SampledError {
     /// Whether the RMSE is at most `target`, with the certainty of [`SampledError::upper`].
     pub fn keeps(&self, target: f64) -> bool {
         self.upper <= target
+    }
+}
+
+impl SampledError {
+    /// The same, and how far the whole picture is from one that is `exact`: what is wrong in few
+    /// pixels escapes a sample, and not this.
+    pub(crate) fn beside(self, difference: f64, exact: &SampledError) -> SampledError {
+        SampledError {
+            rmse: self.rmse.max(difference - exact.upper),
+            // Distances of pictures keep the triangle inequality.
+            upper: self.upper.max(difference + exact.upper),
+            ..self
+        }
     }
 }
 
@@ -286,6 +300,25 @@ mod tests {
         let [column, row] = sample.pixels[3];
         frame.pixels[(row * 128 + column) as usize][1] = f32::NAN;
         assert!(!sample.error(&frame).keeps(1e9));
+    }
+
+    #[test]
+    fn what_a_sample_misses_is_found_beside_an_exact_picture() {
+        let of = |rmse| SampledError {
+            sampled: 100,
+            pixels: 10_000,
+            rmse,
+            upper: 2.0 * rmse,
+            greatest: rmse,
+        };
+        let beside = of(5e-4).beside(1.2e-3, &of(1e-7));
+        assert!(
+            (beside.rmse - 1.2e-3).abs() < 1e-6 && !beside.keeps(1.1e-3),
+            "{beside:?}"
+        );
+        assert!(beside.keeps(1.3e-3));
+        // Where both agree, the sample is what is known.
+        assert_eq!(of(5e-4).beside(1e-4, &of(1e-7)), of(5e-4));
     }
 
     #[test]
