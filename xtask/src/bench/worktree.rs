@@ -121,7 +121,6 @@ impl Worktree {
                 eprintln!("cannot delete {}: {error}", folder.display());
             }
         }
-        _ = git(&self.repository, &["worktree", "prune"]);
     }
 }
 

@@ -270,6 +270,16 @@ mod tests {
     }
 
     #[test]
+    fn the_page_says_of_which_files_and_runs_it_is() {
+        let mut report = report("sphere");
+        report.resumed = 2;
+        let sha256 = &mut report.scenes[0].sha256;
+        sha256.insert("a<b>.vtu".into(), "ba7816bf".into());
+        let page = page(&report, Vec::new());
+        assert!(page.contains("ba7816bf  a&lt;b&gt;.vtu") && page.contains("2 scenes and models"));
+    }
+
+    #[test]
     fn the_page_shows_a_sweep_where_there_is_one() {
         let report = report("sphere");
         let of = |extras: Extras| report.to_html(&Pictures::new(), &extras);
