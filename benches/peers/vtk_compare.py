@@ -48,7 +48,7 @@ def read(path):
 
 def volume_property(appearance, is_grid):
     stops = appearance["transfer_function"]
-    is_dark = appearance["optical_model"] == "absorption"
+    is_dark = appearance.get("optical_model") == "absorption"
     greatest = max(stop["extinction"] for stop in stops) or 1.0
     color, opacity = vtk.vtkColorTransferFunction(), vtk.vtkPiecewiseFunction()
     color.AllowDuplicateScalarsOn()

@@ -7,8 +7,7 @@
 Prints one line per mapper: the median, the least and the greatest seconds of a frame. Nothing of a frame is kept: the
 camera is marked as modified before each. The mesh is cleaned first, so that every mapper here and our own algorithms
 draw the same cells; one of the mappers crashed in some runs on the mesh as it is.
-VTK's opacity is optical depth per unit distance for these mappers, so that the extinction of the scene, divided by
-its maximum, with that unit distance, is the same medium.
+Mappers and their opacity are those of vtk_compare.py.
 """
 
 import argparse
@@ -20,12 +19,7 @@ import tomllib
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
-MAPPERS = {
-    "projected-tetrahedra": None,
-    "bunyk-partial": vtk.vtkUnstructuredGridPartialPreIntegration,
-    "bunyk-table": vtk.vtkUnstructuredGridPreIntegration,
-    "bunyk-linear": vtk.vtkUnstructuredGridLinearRayIntegrator,
-}
+from vtk_compare import MESH, mapper_of, volume_property
 
 
 def load(path, field):
@@ -48,22 +42,6 @@ def load(path, field):
     return mesh, len(cells) - len(kept)
 
 
-def volume_property(stops):
-    greatest = max(stop["extinction"] for stop in stops)
-    color = vtk.vtkColorTransferFunction()
-    opacity = vtk.vtkPiecewiseFunction()
-    for stop in stops:
-        color.AddRGBPoint(stop["scalar"], *stop["color"])
-        opacity.AddPoint(stop["scalar"], stop["extinction"] / greatest)
-    result = vtk.vtkVolumeProperty()
-    result.SetColor(color)
-    result.SetScalarOpacity(opacity)
-    result.SetScalarOpacityUnitDistance(1.0 / greatest)
-    result.SetInterpolationTypeToLinear()
-    result.ShadeOff()
-    return result
-
-
 def window(scene, size):
     wanted = scene["camera"]
     camera = vtk.vtkCamera()
@@ -82,25 +60,12 @@ def window(scene, size):
     return result, renderer, camera
 
 
-def mapper_of(name, mesh):
-    if name == "projected-tetrahedra":
-        mapper = vtk.vtkProjectedTetrahedraMapper()
-    else:
-        mapper = vtk.vtkUnstructuredGridVolumeRayCastMapper()
-        mapper.SetRayCastFunction(vtk.vtkUnstructuredGridBunykRayCastFunction())
-        mapper.SetRayIntegrator(MAPPERS[name]())
-        mapper.SetAutoAdjustSampleDistances(0)
-        mapper.SetImageSampleDistance(1.0)
-    mapper.SetInputData(mesh)
-    return mapper
-
-
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("scene", type=pathlib.Path)
     arguments.add_argument("--size", default="512x512")
     arguments.add_argument("--repeat", type=int, default=5)
-    arguments.add_argument("--mapper", action="append", choices=list(MAPPERS))
+    arguments.add_argument("--mapper", action="append", choices=list(MESH))
     arguments.add_argument("--save", type=pathlib.Path, help="folder for a PNG of each mapper")
     arguments = arguments.parse_args()
     scene = tomllib.loads(arguments.scene.read_text())
@@ -108,10 +73,10 @@ def main():
     mesh, dropped = load(arguments.scene.parent / scene["volume"]["file"], scene["volume"]["field"])
     print(f"VTK {vtk.vtkVersion.GetVTKVersion()}, {mesh.GetNumberOfCells()} cells ({dropped} left out)")
     runs = []
-    for name in arguments.mapper or MAPPERS:
+    for name in arguments.mapper or MESH:
         volume = vtk.vtkVolume()
         volume.SetMapper(mapper_of(name, mesh))
-        volume.SetProperty(volume_property(scene["appearance"]["transfer_function"]))
+        volume.SetProperty(volume_property(scene["appearance"], is_grid=False))
         target, renderer, camera = window(scene, size)
         renderer.AddVolume(volume)
         renderer.ResetCameraClippingRange()
