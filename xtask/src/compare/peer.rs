@@ -3,9 +3,11 @@
 //!
 //! Each mapper runs in a process of its own, as one may crash. Some of VTK's rays go through corners of
 //! pixels: errors are given as they are and with that forgiven, that is, against the truth's rays
-//! through the corner that fits best.
+//! through the corner that fits best (`corners`). `legacy` writes meshes for it.
 
-use std::fmt::Write as _;
+mod corners;
+mod legacy;
+
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -13,13 +15,13 @@ use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 use tetrascope::core::mesh::Association;
-use tetrascope::core::{
-    Error, Frame, FrameStats, OpticalModel, Projection, TetMesh, View, Volume, VolumeRenderer as _,
-};
+use tetrascope::core::{Error, Frame, FrameStats, OpticalModel, Volume};
 use tetrascope::io::{Compression, write_grid};
 use tetrascope::scene::Scene;
-use tetrascope::{Context, Promise, Settings};
+use tetrascope::{Context, Promise};
 
+use self::corners::corners;
+use self::legacy::legacy;
 use crate::machine;
 use crate::metrics::{Errors, median};
 use crate::output::write;
@@ -286,85 +288,13 @@ impl Measured {
     }
 }
 
-/// The truth with its rays through each of the four corners of every pixel in place of the middle.
-///
-/// A picture that is a pixel wider and higher at the same size of a pixel has its pixels' middles at
-/// the corners of the other's.
-fn corners(context: &Context, volume: &Volume, scene: &Scene) -> Result<Vec<Frame>, Error> {
-    let Some(truth) = tetrascope::truth() else {
-        return Ok(Vec::new());
-    };
-    let View { width, height, .. } = scene.view;
-    let mut view = View {
-        width: width + 1,
-        height: height + 1,
-        ..scene.view
-    };
-    let taller = f64::from(view.height) / f64::from(height);
-    view.camera.projection = match view.camera.projection {
-        Projection::Perspective { view_angle } => Projection::Perspective {
-            view_angle: 2.0
-                * ((view_angle.to_radians() / 2.0).tan() * taller)
-                    .atan()
-                    .to_degrees(),
-        },
-        Projection::Orthographic { parallel_scale } => Projection::Orthographic {
-            parallel_scale: parallel_scale * taller,
-        },
-    };
-    let renderer = (truth.build)(
-        context,
-        volume,
-        &scene.appearance,
-        &Settings::defaults(truth),
-    )?;
-    let large = renderer.render(&view)?;
-    let shifts = [(0, 0), (1, 0), (0, 1), (1, 1)];
-    let shifted = shifts.map(|(x, y)| {
-        let rows = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
-        let pixels = rows.map(|(column, row)| large.pixel(column + x, row + y));
-        Frame::new((width, height), pixels.collect(), FrameStats::default())
-    });
-    Ok(shifted.into())
-}
-
-/// A mesh as a legacy VTK file, binary, which is big-endian.
-fn legacy(mesh: &TetMesh) -> Vec<u8> {
-    let mut head =
-        String::from("# vtk DataFile Version 3.0\ntetrahedra\nBINARY\nDATASET UNSTRUCTURED_GRID\n");
-    let (points, cells) = (mesh.points(), mesh.tetrahedra());
-    _ = writeln!(head, "POINTS {} double", points.len());
-    let mut file = head.into_bytes();
-    for coordinate in points.iter().flat_map(|point| point.to_array()) {
-        file.extend(coordinate.to_be_bytes());
-    }
-    file.extend(format!("\nCELLS {} {}\n", cells.len(), 5 * cells.len()).bytes());
-    for cell in cells {
-        file.extend(4_i32.to_be_bytes());
-        file.extend(cell.iter().flat_map(|point| point.to_be_bytes()));
-    }
-    file.extend(format!("\nCELL_TYPES {}\n", cells.len()).bytes());
-    for _ in cells {
-        file.extend(10_i32.to_be_bytes());
-    }
-    let head = format!(
-        "\nPOINT_DATA {}\nSCALARS scalar double 1\nLOOKUP_TABLE default\n",
-        points.len()
-    );
-    file.extend(head.bytes());
-    for value in &mesh.scalars().values {
-        file.extend(value.to_be_bytes());
-    }
-    file
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tetrascope::io::{ReadOptions, read_file};
     use tetrascope::scene::{SceneFile, VolumeSource};
 
-    fn sphere() -> (Volume, Scene) {
+    /// A small mesh and its scene of 9×6 pixels.
+    pub(super) fn sphere() -> (Volume, Scene) {
         let mut file = SceneFile::new(VolumeSource {
             dataset: Some("sphere".into()),
             cells: Some(500),
@@ -376,56 +306,5 @@ mod tests {
             .volume;
         let scene = file.resolve(&volume).expect("a scene");
         (volume, scene)
-    }
-
-    #[test]
-    fn what_vtk_is_given_is_the_mesh() {
-        let (volume, _) = sphere();
-        let Volume::Mesh(mesh) = &volume else {
-            panic!("it is a mesh");
-        };
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("volume.vtk");
-        std::fs::write(&path, legacy(mesh)).expect("written");
-        let tetrascope::io::FileData::Mesh(read) =
-            read_file(&path, &ReadOptions::default()).expect("our reader takes it")
-        else {
-            panic!("it is a mesh");
-        };
-        let read = read.into_mesh(None).expect("tetrahedra");
-        assert_eq!(read.points(), mesh.points());
-        assert_eq!(read.tetrahedra(), mesh.tetrahedra());
-        assert_eq!(read.scalars().values, mesh.scalars().values);
-    }
-
-    // A corner of one picture's pixel is a ray of ours: asked for alone, it sees the very same, but for
-    // the rounding of its angle.
-    #[test]
-    fn corners_are_half_a_pixel_away() {
-        let (volume, scene) = sphere();
-        let context = Context::new();
-        let corners = corners(&context, &volume, &scene).expect("drawn");
-        let at = |frame: &Frame, x, y| frame.pixel(x, y);
-        for (x, y) in [(3, 2), (4, 3), (5, 2)] {
-            // The lower right corner of a pixel is the upper left of the next one.
-            assert_eq!(at(&corners[3], x, y), at(&corners[0], x + 1, y + 1));
-            assert_eq!(at(&corners[1], x, y), at(&corners[0], x + 1, y));
-        }
-        // Twice as many pixels a side have the corners' neighbors around the middle: the mean of the
-        // four corners is the middle's value to second order in half a pixel.
-        let truth = tetrascope::truth().expect("compiled in");
-        let settings = Settings::defaults(truth);
-        let renderer = (truth.build)(&context, &volume, &scene.appearance, &settings);
-        let middle = renderer.and_then(|r| r.render(&scene.view)).expect("drawn");
-        let error = |frame: &Frame| Errors::between(&middle, frame).image.rmse;
-        let mean: Vec<[f32; 4]> = (0..middle.pixels.len())
-            .map(|i| std::array::from_fn(|c| corners.iter().map(|f| f.pixels[i][c] / 4.0).sum()))
-            .collect();
-        let mean = Frame::new((9, 6), mean, FrameStats::default());
-        assert!(
-            corners
-                .iter()
-                .all(|corner| error(corner) > 2.0 * error(&mean))
-        );
     }
 }
