@@ -54,36 +54,53 @@ pub(super) fn corners(
 mod tests {
     use super::super::tests::sphere;
     use super::*;
-    use crate::metrics::Errors;
 
-    // A corner of one picture's pixel is a ray of ours: asked for alone, it sees the very same, but for
-    // the rounding of its angle.
+    // Twice as many pixels a side, and one more, have their middles at a pixel's corners (the even
+    // ones) and at its middle (the odd ones). Angles are rounded, so that rays are, by some 1e-16.
     #[test]
     fn corners_are_half_a_pixel_away() {
         let (volume, scene) = sphere();
         let context = Context::new();
         let corners = corners(&context, &volume, &scene).expect("drawn");
-        let at = |frame: &Frame, x, y| frame.pixel(x, y);
-        for (x, y) in [(3, 2), (4, 3), (5, 2)] {
-            // The lower right corner of a pixel is the upper left of the next one.
-            assert_eq!(at(&corners[3], x, y), at(&corners[0], x + 1, y + 1));
-            assert_eq!(at(&corners[1], x, y), at(&corners[0], x + 1, y));
-        }
-        // Twice as many pixels a side have the corners' neighbors around the middle: the mean of the
-        // four corners is the middle's value to second order in half a pixel.
         let truth = tetrascope::truth().expect("compiled in");
         let settings = Settings::defaults(truth);
         let renderer = (truth.build)(&context, &volume, &scene.appearance, &settings);
-        let middle = renderer.and_then(|r| r.render(&scene.view)).expect("drawn");
-        let error = |frame: &Frame| Errors::between(&middle, frame).image.rmse;
-        let mean: Vec<[f32; 4]> = (0..middle.pixels.len())
-            .map(|i| std::array::from_fn(|c| corners.iter().map(|f| f.pixels[i][c] / 4.0).sum()))
-            .collect();
-        let mean = Frame::new((9, 6), mean, FrameStats::default());
-        assert!(
-            corners
-                .iter()
-                .all(|corner| error(corner) > 2.0 * error(&mean))
-        );
+        let renderer = renderer.expect("built");
+        let middle = renderer.render(&scene.view).expect("drawn");
+        let (width, height) = (scene.view.width, scene.view.height);
+        let mut view = View {
+            width: 2 * width + 1,
+            height: 2 * height + 1,
+            ..scene.view
+        };
+        let Projection::Perspective { view_angle } = view.camera.projection else {
+            panic!("a scene is in perspective");
+        };
+        let taller = f64::from(2 * height + 1) / f64::from(2 * height);
+        let tangent = (view_angle / 2.0).to_radians().tan() * taller;
+        view.camera.projection = Projection::Perspective {
+            view_angle: 2.0 * tangent.atan().to_degrees(),
+        };
+        let fine = renderer.render(&view).expect("drawn");
+        let mut greatest = 0.0f32;
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            let same = |frame: &Frame, (i, j): (u32, u32)| {
+                let (found, expected) = (frame.pixel(x, y), fine.pixel(i, j));
+                assert!(
+                    found
+                        .iter()
+                        .zip(expected)
+                        .all(|(a, b)| (a - b).abs() < 1e-6),
+                    "pixel {x}, {y}: {found:?} and {expected:?}"
+                );
+            };
+            same(&middle, (2 * x + 1, 2 * y + 1));
+            for (corner, (i, j)) in corners.iter().zip([(0, 0), (2, 0), (0, 2), (2, 2)]) {
+                same(corner, (2 * x + i, 2 * y + j));
+            }
+            greatest = greatest.max((middle.pixel(x, y)[3] - corners[0].pixel(x, y)[3]).abs());
+        }
+        // A picture in which all rays see the same would show nothing.
+        assert!(greatest > 0.01, "{greatest}");
     }
 }
