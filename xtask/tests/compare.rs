@@ -116,7 +116,7 @@ fn what_is_done_of_a_run_is_not_done_again_and_no_error_differs() {
     std::fs::create_dir(&page).expect("made");
     compare::run(&options(algorithm)).expect_err("a folder is in the way");
     std::fs::remove_dir(&page).expect("made above");
-    // Another run takes nothing of it and leaves it alone until it is done.
+    // One of its four parts is damaged: that one is drawn again.
     let mut parts = std::fs::read_dir(out.join("parts")).expect("parts");
     let parts = parts.next().expect("of one run").expect("readable").path();
     std::fs::write(parts.join("1-1.json"), "{ damaged").expect("written");
@@ -182,7 +182,8 @@ fn look(page: &Path) {
     assert_eq!(answers["wrong"], serde_json::json!([]));
     assert_eq!(answers["unresolved"], serde_json::json!([]));
     assert!(answers["images"].as_u64() > Some(10), "{answers}");
-    // In every scene the slider moves, a key moves it, the blink blinks and the difference shows.
+    // In every scene the slider moves, by its value and by a pointer, and all other controls do what
+    // they say.
     for viewer in answers["viewers"].as_array().expect("viewers") {
         for what in ["shown", "slider", "drag", "blink", "zoom", "words", "model"] {
             assert_eq!(viewer[what], true, "{what} in {viewer}");
