@@ -1,0 +1,33 @@
+//! Tetrahedral meshes.
+
+use tetrascope_core::{Appearance, Error, Frame, TetMesh, View};
+
+use crate::options::RaycastCpuOptions;
+
+/// A packed mesh.
+#[derive(Debug)]
+pub(crate) struct Caster {}
+
+impl Caster {
+    pub(crate) fn new(
+        _mesh: &TetMesh,
+        _appearance: &Appearance,
+        _options: &RaycastCpuOptions,
+    ) -> Result<Caster, Error> {
+        todo!()
+    }
+
+    /// Another mesh in the same look.
+    pub(crate) fn reloaded(&self, _mesh: &TetMesh) -> Result<Caster, Error> {
+        todo!()
+    }
+
+    pub(crate) fn restyle(&mut self, _appearance: &Appearance) -> Result<(), Error> {
+        todo!()
+    }
+
+    /// Draws a valid view; each ray ends where `ends` says, world units, one a pixel.
+    pub(crate) fn draw(&self, _view: &View, _ends: Option<&[f64]>) -> Result<Frame, Error> {
+        todo!()
+    }
+}
