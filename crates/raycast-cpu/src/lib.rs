@@ -7,6 +7,7 @@ mod grid;
 mod mesh;
 mod options;
 mod renderer;
+mod simd;
 
 pub use entry::{ENTRY, supports};
 pub use options::RaycastCpuOptions;

@@ -1,0 +1,3 @@
+//! Meshes against the ground truth.
+
+mod models;
