@@ -57,11 +57,24 @@ fn main() {
         height: 512,
         background: [0.04, 0.045, 0.06, 1.0],
     };
+    if std::env::var_os("ONE_FRAME").is_some() {
+        let options = RaycastCpuOptions {
+            threads: Some(1),
+            ..RaycastCpuOptions::default()
+        };
+        let renderer = RaycastCpu::new(&volume, &appearance, &options).expect("a mesh");
+        renderer.render(&view).expect("a frame");
+        return;
+    }
     let reference = truth(&volume, &appearance);
     let start = Instant::now();
     let exact = reference.render_exact(&view).expect("a frame");
     println!("reference {:.3} s", start.elapsed().as_secs_f64());
-    for threads in [1, 2] {
+    let most = std::env::var("THREADS")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(2);
+    for threads in 1..=most {
         let options = RaycastCpuOptions {
             threads: Some(threads),
             ..RaycastCpuOptions::default()
@@ -69,7 +82,9 @@ fn main() {
         let start = Instant::now();
         let renderer = RaycastCpu::new(&volume, &appearance, &options).expect("a mesh");
         let prepared = start.elapsed().as_secs_f64();
-        let mut frames: Vec<_> = (0..9).map(|_| renderer.render(&view).expect("a frame")).collect();
+        let mut frames: Vec<_> = (0..9)
+            .map(|_| renderer.render(&view).expect("a frame"))
+            .collect();
         let error = ImageError::against(&exact.pixels, &frames[0]);
         frames.sort_by(|a, b| a.stats.cpu_seconds.total_cmp(&b.stats.cpu_seconds));
         let [best, median] = [0, 4].map(|i| frames[i].stats.cpu_seconds);

@@ -7,6 +7,8 @@
 //!    adds what a piece shows, and `lanes` hands rays to lanes.
 //! 5. `block` is a block's part of the frame, and here are the frames.
 
+#[cfg(test)]
+mod aimed;
 mod block;
 mod crossings;
 mod integral;
@@ -99,7 +101,7 @@ impl Caster {
         let mut depths = vec![f32::INFINITY; size[0] * size[1]];
         let mut stats = FrameStats::default();
         stats.bytes_resident = mesh.bytes();
-        stats.bytes_per_cell = Some(mesh.bytes() as f64 / mesh.cells.len().max(1) as f64);
+        stats.bytes_per_cell = Some(mesh.bytes() as f64 / mesh.cell_count.max(1) as f64);
         let mut counts = Counts::default();
         if !style.is_transparent {
             let rays = Rays::new(view, &normalization);
@@ -141,7 +143,11 @@ impl Caster {
 
 /// Pixels along each side of a block. Of the image alone: pixels do not depend on threads.
 fn side(view: &View) -> usize {
-    if view.width.max(view.height) > 256 { MOST_SIDE } else { MOST_SIDE / 2 }
+    if view.width.max(view.height) > 256 {
+        MOST_SIDE
+    } else {
+        MOST_SIDE / 2
+    }
 }
 
 fn too_many_faces() -> Error {
@@ -182,7 +188,13 @@ struct FrameScene<'a> {
 
 impl FrameScene<'_> {
     fn vertices(&self, class: Class) -> &[Vertex] {
-        let turn = || self.mesh.vertices.iter().map(|v| class.vertex(*v)).collect();
+        let turn = || {
+            self.mesh
+                .vertices
+                .iter()
+                .map(|v| class.vertex(*v))
+                .collect()
+        };
         self.turned[class.0].get_or_init(turn)
     }
 }
@@ -204,17 +216,18 @@ impl Scene<'_> {
     /// The color that an isosurface sends to the eye from a cell with vertices `ids`, before the cue.
     fn shade(&self, surface: usize, cell: u32, ids: [u32; 4], ray: usize) -> DVec3 {
         let mesh = self.mesh;
+        // As the mesh has them: f32 would tilt facets.
         let scalars = match mesh.kind {
             Kind::Corners => {
                 let rank = |id| ids.iter().filter(|other| **other < id).count();
-                ids.map(|id| mesh.corners[cell as usize][rank(id)])
+                ids.map(|id| mesh.corners[cell as usize][rank(id)].into())
             }
-            _ => ids.map(|id| self.vertices[id as usize][3]),
+            Kind::Vertices => ids.map(|id| mesh.places.scalar(&mesh.source, id)),
+            Kind::Cells => [0.0; 4],
         };
-        // As the mesh has it: f32 would tilt slivers.
         let point = |i: usize| mesh.places.point(&mesh.source, ids[i]);
         let edge = |i| point(i) - point(0);
-        let rise = |i: usize| f64::from(scalars[i]) - f64::from(scalars[0]);
+        let rise = |i: usize| scalars[i] - scalars[0];
         let [p, q, r] = [edge(1), edge(2), edge(3)];
         let gradient = rise(1) * q.cross(r) + rise(2) * r.cross(p) + rise(3) * p.cross(q);
         // Its sign is that of the cell's volume.
@@ -223,6 +236,8 @@ impl Scene<'_> {
         let appearance = &self.style.appearance;
         let color = appearance.isosurfaces[surface].color;
         let direction = self.camera.direction(column, row);
-        appearance.lighting.shade(self.lights, color, gradient, direction)
+        appearance
+            .lighting
+            .shade(self.lights, color, gradient, direction)
     }
 }

@@ -73,7 +73,8 @@ pub(crate) fn store_ids<S: Simd>(vector: S::i32s, values: &mut PerLane<i32>) {
 pub(crate) fn columns<S: Simd>(simd: S, rows: &PerLane<[f32; 4]>) -> [S::f32s; 4] {
     let lanes = S::f32s::LEN;
     let flat = rows.as_flattened();
-    let parts = each!([0, 1, 2, 3], i => S::f32s::from_slice(simd, &flat[i * lanes..(i + 1) * lanes]));
+    let parts =
+        each!([0, 1, 2, 3], i => S::f32s::from_slice(simd, &flat[i * lanes..(i + 1) * lanes]));
     let (xz_low, yw_low) = parts[0].deinterleave(parts[1]);
     let (xz_high, yw_high) = parts[2].deinterleave(parts[3]);
     let (x, z) = xz_low.deinterleave(xz_high);

@@ -54,7 +54,10 @@ impl Block {
         level: Level,
         workspace: &mut Workspace,
     ) -> Block {
-        let (x, y) = (index % bins.across * bins.side, index / bins.across * bins.side);
+        let (x, y) = (
+            index % bins.across * bins.side,
+            index / bins.across * bins.side,
+        );
         let columns = [x, (x + bins.side).min(frame.size[0])];
         let rows = [y, (y + bins.side).min(frame.size[1])];
         let mut block = Block {

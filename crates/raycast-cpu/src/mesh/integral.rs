@@ -82,9 +82,19 @@ impl<S: Simd> Gathered<S> {
                 let back = b.mul_add(splat(1.0 / 3.0), a * splat(1.0 / 6.0));
                 if cued {
                     let bulge = (a + b) * splat(1.0 / 12.0);
-                    self.add_cued_light(piece, splat(1.0), [front, back, bulge], piece.at, piece.cue);
+                    self.add_cued_light(
+                        piece,
+                        splat(1.0),
+                        [front, back, bulge],
+                        piece.at,
+                        piece.cue,
+                    );
                 } else {
-                    self.add_light(piece, front + back, front * piece.at[0] + back * piece.at[1]);
+                    self.add_light(
+                        piece,
+                        front + back,
+                        front * piece.at[0] + back * piece.at[1],
+                    );
                 }
             }
             ABSORPTION => self.light[0] += (a + b) * splat(0.5),
@@ -195,7 +205,10 @@ impl<S: Simd> Gathered<S> {
         let seen = ((opaque + opaque) / (a + square.sqrt())).min(one);
         let seen = m.simd_gt(opaque).select(seen, one);
         let parts = m.ceil().max(one).min(opaque);
-        let most = parts.as_slice().iter().fold(1.0_f32, |most, &n| most.max(n)) as u32;
+        let most = parts
+            .as_slice()
+            .iter()
+            .fold(1.0_f32, |most, &n| most.max(n)) as u32;
         for part in 0..most {
             let shares = [part as f32, (part + 1) as f32];
             let [near, far] = each!([0, 1], i => seen * (splat(shares[i]).min(parts) / parts));
@@ -327,7 +340,15 @@ fn exponential<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let r = n.mul_add(splat(-0.693_359_4), x);
     let r = n.mul_add(splat(2.121_944_4e-4), r);
     let mut sum = splat(1.0 / 5040.0);
-    for coefficient in [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0] {
+    for coefficient in [
+        1.0 / 720.0,
+        1.0 / 120.0,
+        1.0 / 24.0,
+        1.0 / 6.0,
+        0.5,
+        1.0,
+        1.0,
+    ] {
         sum = sum.mul_add(r, splat(coefficient));
     }
     let exponent: S::i32s = n.to_int();

@@ -7,7 +7,7 @@ use super::Scene;
 use super::crossings::{Crossing, Crossings, TAKEN};
 use super::packed::Vertex;
 use super::rays::BlockRays;
-use super::style::{Interval, STEP_HIGH, VALUES, find, sample};
+use super::style::{HIGH, Interval, LOW, STEP_HIGH, VALUES, find, sample};
 use crate::simd::{MOST_LANES, PerLane};
 
 /// A lane without a ray.
@@ -71,7 +71,7 @@ pub(super) struct Lanes {
     // The path: the face by which it comes in.
     pub(super) face: [PerLane<Vertex>; 3],
     pub(super) ids: [PerLane<i32>; 3],
-    pub(super) cell: PerLane<u32>,
+    pub(super) cell: PerLane<i32>,
     // The step.
     pub(super) rank: PerLane<i32>,
     /// The exclusive or of the ids of the face that is crossed.
@@ -79,8 +79,6 @@ pub(super) struct Lanes {
     /// The cell's fourth vertex.
     pub(super) fourth: PerLane<Vertex>,
     pub(super) fourth_id: PerLane<i32>,
-    /// What is behind the cell.
-    pub(super) next: PerLane<i32>,
     /// The cell's own scalar, of cell data.
     pub(super) scalar: PerLane<f32>,
     // The interval of the transfer function.
@@ -119,7 +117,6 @@ impl Lanes {
             crossed: [0; MOST_LANES],
             fourth: NONE,
             fourth_id: [0; MOST_LANES],
-            next: [0; MOST_LANES],
             scalar: ZEROS,
             interval: [ZEROS; VALUES],
             index: [0; MOST_LANES],
@@ -134,6 +131,8 @@ impl Lanes {
     pub(super) fn start(&mut self, count: usize) {
         self.count = count;
         self.ray = [NO_RAY; MOST_LANES];
+        // No interval.
+        self.interval = [[0.0; MOST_LANES]; VALUES];
         self.next_ray = 0;
         self.done.clear();
         self.counts = Counts::default();
@@ -171,9 +170,11 @@ impl Lanes {
         }
         loop {
             if self.ray[lane] == NO_RAY && !self.take_ray(lane, rays, crossings) {
-                self.face.iter_mut().for_each(|face| face[lane] = [f32::NAN; 4]);
+                self.face
+                    .iter_mut()
+                    .for_each(|face| face[lane] = [f32::NAN; 4]);
                 self.line.iter_mut().for_each(|line| line[lane] = f32::NAN);
-                self.cell[lane] = 0;
+                self.cell[lane] = scene.mesh.cell_count as i32;
                 return;
             }
             let place = self.at[lane];
@@ -224,7 +225,11 @@ impl Lanes {
             for (line, values) in self.line.iter_mut().zip(values) {
                 line[lane] = values[ray];
             }
-            for light in [&mut self.light, &mut self.light_before, &mut self.light_lost] {
+            for light in [
+                &mut self.light,
+                &mut self.light_before,
+                &mut self.light_lost,
+            ] {
                 light.iter_mut().for_each(|light| light[lane] = 0.0);
             }
             self.transmittance[lane] = 1.0;
@@ -240,7 +245,10 @@ impl Lanes {
         let surface = self.surface[lane];
         let gathered = [0, 1, 2].map(|i| {
             let parts = [&self.light_before, &self.light_lost, &self.light];
-            parts.iter().map(|part| f64::from(part[i][lane])).sum::<f64>() as f32
+            parts
+                .iter()
+                .map(|part| f64::from(part[i][lane]))
+                .sum::<f64>() as f32
         });
         self.done.push(Cast {
             ray: self.ray[lane],
@@ -255,17 +263,20 @@ impl Lanes {
     fn enter(&mut self, lane: usize, crossing: Crossing, scene: &Scene) {
         let [a, b, c, cell] = scene.mesh.places.boundary[crossing.face as usize];
         // So that edges pass on the same side of all rays.
-        let corners = if crossing.is_positive { [a, b, c] } else { [a, c, b] };
+        let corners = if crossing.is_positive {
+            [a, b, c]
+        } else {
+            [a, c, b]
+        };
         for (i, corner) in corners.into_iter().enumerate() {
             self.face[i][lane] = scene.vertices[corner as usize];
             self.ids[i][lane] = corner as i32;
         }
-        self.cell[lane] = cell;
+        self.cell[lane] = cell as i32;
         self.crossed[lane] = (a ^ b ^ c) as i32;
-        // A guess, where search begins.
-        let scalar = self.face[0][lane][3];
-        if !scene.style.intervals.is_empty() {
-            self.set_interval(lane, find(&scene.style.intervals, scalar, true), scene);
+        // Its lane's first path: wherever it begins, the interval is found.
+        if self.interval[HIGH][lane] <= self.interval[LOW][lane] {
+            self.set_interval(lane, 0, scene);
         }
         self.band.iter_mut().for_each(|band| band[lane] = f32::NAN);
     }
@@ -285,7 +296,11 @@ impl Lanes {
     pub(super) fn next_intervals(&mut self, up: u64, down: u64, scene: &Scene) {
         for lane in lanes_of(up | down) {
             let index = self.index[lane];
-            let index = if up >> lane & 1 == 1 { index + 1 } else { index - 1 };
+            let index = if up >> lane & 1 == 1 {
+                index + 1
+            } else {
+                index - 1
+            };
             self.set_interval(lane, index, scene);
         }
     }
@@ -301,7 +316,11 @@ impl Lanes {
     ) {
         for lane in lanes_of(lanes) {
             let rising = front[lane] <= back[lane];
-            self.set_interval(lane, find(&scene.style.intervals, front[lane], rising), scene);
+            self.set_interval(
+                lane,
+                find(&scene.style.intervals, front[lane], rising),
+                scene,
+            );
         }
     }
 
@@ -317,7 +336,10 @@ impl Lanes {
                 here - 1
             };
             let of = |index: usize| -> &Interval { &scene.style.intervals[index] };
-            let (one, other) = (sample(of(here), scalar[lane]), sample(of(there), scalar[lane]));
+            let (one, other) = (
+                sample(of(here), scalar[lane]),
+                sample(of(there), scalar[lane]),
+            );
             for i in 0..4 {
                 self.interval[i][lane] = 0.5 * (one[i] + other[i]);
                 self.interval[4 + i][lane] = 0.0;
@@ -335,14 +357,14 @@ impl Lanes {
     }
 
     /// Meets the first isosurface that lanes' pieces cross, or finds the values next to their
-    /// scalars anew; returns which lanes met one. `piece` is front, back, and z of both.
+    /// scalars anew; returns which lanes met one. A piece is front, back, and z of both.
     #[cold]
     #[inline(never)]
     pub(super) fn meet_surfaces(
         &mut self,
         lanes: u64,
         [front, back, near, far]: &[PerLane<f32>; 4],
-        corners: &[PerLane<i32>; 4],
+        [a, b, c, d, cells]: &[PerLane<i32>; 5],
         scene: &Scene,
     ) -> u64 {
         let surfaces = &scene.style.surfaces;
@@ -367,10 +389,10 @@ impl Lanes {
             let (value, number) = surfaces[first];
             let share = (f64::from(value) - f64::from(from)) / (f64::from(to) - f64::from(from));
             let z = f64::from(near[lane]) + share * (f64::from(far[lane]) - f64::from(near[lane]));
-            let ids = [0, 1, 2, 3].map(|i| corners[i][lane] as u32);
+            let ids = [a, b, c, d].map(|ids| ids[lane] as u32);
             let ray = self.ray[lane] as usize;
             let cue = f64::from(self.line[7][lane]) + z * f64::from(self.line[8][lane]);
-            let color = scene.shade(number, self.cell[lane], ids, ray) * cue.clamp(0.0, 1.0);
+            let color = scene.shade(number, cells[lane] as u32, ids, ray) * cue.clamp(0.0, 1.0);
             self.surface[lane] = Some(Surface { z, color });
             self.transmittance[lane] = 0.0;
             self.lost[lane] = 0.0;

@@ -21,8 +21,9 @@ pub(super) const LEAST_NO_SCALAR: f32 = 1e34;
 pub(super) struct Cell {
     /// The exclusive or of its vertices' ids.
     pub(super) sum: u32,
-    /// What is behind the faces opposite its vertices, by increasing id: a cell, or the number of
-    /// cells and a boundary face.
+    /// What is behind the face opposite each vertex: of that with the least id, and then of those with
+    /// decreasing ids, as ranks are counted down. Behind the boundary a cell of its own stands
+    /// for each face, so that what is behind a cell can be read without asking.
     pub(super) neighbors: [u32; 4],
     /// Of cell data.
     pub(super) scalar: f32,
@@ -64,10 +65,20 @@ pub(super) struct Places {
 }
 
 impl Places {
+    /// Which point of the mesh a vertex is.
+    fn point_of(&self, vertex: u32) -> usize {
+        self.layout.vertex_order[vertex as usize] as usize
+    }
+
     /// Where a vertex of `mesh` is, relative to the mesh's center, in units of its size.
     pub(super) fn point(&self, mesh: &TetMesh, vertex: u32) -> DVec3 {
-        let point = self.layout.vertex_order[vertex as usize];
-        self.normalization.point(mesh.points()[point as usize])
+        self.normalization
+            .point(mesh.points()[self.point_of(vertex)])
+    }
+
+    /// The scalar of a vertex of `mesh`, unless it is cell data.
+    pub(super) fn scalar(&self, mesh: &TetMesh, vertex: u32) -> f64 {
+        mesh.scalars().values[self.point_of(vertex)]
     }
 }
 
@@ -78,7 +89,9 @@ pub(super) struct Packed {
     pub(super) places: Arc<Places>,
     pub(super) scalar_map: ScalarMap,
     pub(super) kind: Kind,
+    /// The cells, and behind them those that stand for boundary faces, in their order.
     pub(super) cells: Arc<Vec<Cell>>,
+    pub(super) cell_count: usize,
     pub(super) vertices: Arc<Vec<Vertex>>,
     /// Of each cell by increasing id, for [`Kind::Corners`].
     pub(super) corners: Arc<Vec<[f32; 4]>>,
@@ -99,11 +112,24 @@ impl Packed {
             std::mem::take(&mut layout.sums),
             std::mem::take(&mut layout.neighbors),
         );
-        let cells = sums.into_iter().zip(neighbors).map(|(sum, neighbors)| Cell {
-            sum,
-            neighbors: neighbors.map(neighbor),
-            scalar: 0.0,
+        let cells = sums.into_iter().zip(neighbors).map(|(sum, neighbors)| {
+            let [a, b, c, d] = neighbors.map(neighbor);
+            Cell {
+                sum,
+                neighbors: [a, d, c, b],
+                scalar: 0.0,
+            }
         });
+        // With the three ids of its face, one of them is the fourth.
+        let outside = layout
+            .boundary
+            .iter()
+            .enumerate()
+            .map(|(face, [a, b, ..])| Cell {
+                sum: a ^ b,
+                neighbors: [count + face as u32; 4],
+                scalar: 0.0,
+            });
         let vertex = |&point: &u32| {
             let position = normalization.position(source.points()[point as usize]);
             position.extend(0.0).to_array()
@@ -112,7 +138,8 @@ impl Packed {
             source: source.clone(),
             scalar_map,
             kind: Kind::of(source),
-            cells: Arc::new(cells.collect()),
+            cells: Arc::new(cells.chain(outside).collect()),
+            cell_count: count as usize,
             vertices: Arc::new(layout.vertex_order.iter().map(vertex).collect()),
             corners: Arc::default(),
             has_gaps: false,

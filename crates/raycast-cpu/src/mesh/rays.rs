@@ -23,7 +23,7 @@ impl Class {
     /// How many there are.
     pub(super) const COUNT: usize = 6;
 
-    fn of(direction: DVec3) -> Class {
+    pub(super) fn of(direction: DVec3) -> Class {
         let size = direction.abs();
         let axis = if size.x >= size.y && size.x >= size.z {
             0
@@ -53,16 +53,6 @@ impl Class {
             _ => [x, y, z],
         };
         [x, y, if self.0 % 2 == 1 { -z } else { z }, scalar]
-    }
-
-    /// Back from the space of turned vertices.
-    pub(super) fn back(self, p: DVec3) -> DVec3 {
-        let p = DVec3::new(p.x, p.y, if self.0 % 2 == 1 { -p.z } else { p.z });
-        match self.0 / 2 {
-            0 => p.zxy(),
-            1 => p.yzx(),
-            _ => p,
-        }
     }
 }
 
@@ -150,8 +140,7 @@ impl<'a> Camera<'a> {
     /// Anchor and direction, of any length, of the ray of a pixel, normalized.
     fn ray(&self, column: usize, row: usize) -> (DVec3, DVec3) {
         let rays = &self.rays;
-        let anchor =
-            rays.anchor + column as f64 * rays.anchor_x + row as f64 * rays.anchor_y;
+        let anchor = rays.anchor + column as f64 * rays.anchor_x + row as f64 * rays.anchor_y;
         match rays.is_point {
             true => (anchor, anchor - rays.eye),
             false => (anchor, rays.eye),
@@ -216,6 +205,24 @@ impl<'a> Camera<'a> {
                 for (values, value) in block.arrays().into_iter().zip(line) {
                     values[place] = value as f32;
                 }
+            }
+        }
+    }
+
+    /// Sets up rays by their anchors and directions, all of one class.
+    #[cfg(test)]
+    pub(super) fn put(&self, class: Class, rays: &[&[DVec3; 2]], block: &mut BlockRays) {
+        for values in block.arrays() {
+            values.clear();
+            values.resize(MOST_SIDE * STRIDE, f32::NAN);
+        }
+        for (i, &&[anchor, direction]) in rays.iter().enumerate() {
+            let mut line = self.line(class, anchor, direction, 0);
+            // All of the line, and not from the eye.
+            (line[5], line[6]) = (-100.0, 100.0);
+            let place = i / MOST_SIDE * STRIDE + i % MOST_SIDE;
+            for (values, value) in block.arrays().into_iter().zip(line) {
+                values[place] = value as f32;
             }
         }
     }

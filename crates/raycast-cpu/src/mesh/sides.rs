@@ -137,7 +137,8 @@ pub(super) fn shares<S: Simd>(
     let zero = S::f32s::splat(simd, 0.0);
     let area = of_a + of_b + of_c;
     let is_edge_on = area.abs().simd_lt(S::f32s::splat(simd, 1e-37));
-    let scale = S::f32s::splat(simd, 1.0) / area;
+    // Seen edge on, any of its points will do: the first.
+    let scale = is_edge_on.select(zero, S::f32s::splat(simd, 1.0) / area);
     let (b_x, b_y) = (b.x - a.x, b.y - a.y);
     let (c_x, c_y) = (c.x - a.x, c.y - a.y);
     let (rough_b, rough_c) = (of_b * scale, of_c * scale);
@@ -145,17 +146,13 @@ pub(super) fn shares<S: Simd>(
     let left_y = rough_c.mul_add(c_y, rough_b.mul_add(b_y, a.y)) * scale;
     let share_b = rough_b + left_y.mul_sub(c_x, left_x * c_y);
     let share_c = rough_c + left_x.mul_sub(b_y, left_y * b_x);
-    let third = S::f32s::splat(simd, 1.0 / 3.0);
-    each!([share_b, share_c], share => is_edge_on.select(third, share.max(zero)))
+    each!([share_b, share_c], share => share.max(zero))
 }
 
 /// A mean of a face's corners, as a's and shares of b's and c's differences from it, so that what
 /// rounding leaves is relative to the face's extent, and a constant stays one.
 #[inline(always)]
-pub(super) fn mean<S: Simd>(
-    [share_b, share_c]: [S::f32s; 2],
-    [a, b, c]: [S::f32s; 3],
-) -> S::f32s {
+pub(super) fn mean<S: Simd>([share_b, share_c]: [S::f32s; 2], [a, b, c]: [S::f32s; 3]) -> S::f32s {
     a + share_c.mul_add(c - a, share_b * (b - a))
 }
 

@@ -30,6 +30,8 @@ pub(super) const STEP_HIGH: usize = 12;
 pub(super) struct Style {
     pub(super) appearance: Appearance,
     pub(super) intervals: Vec<Interval>,
+    /// Whether the function jumps anywhere.
+    pub(super) has_steps: bool,
     /// The values of isosurfaces, mapped, increasing, and which of the appearance each is.
     pub(super) surfaces: Vec<(f32, usize)>,
     /// Whether nothing of the mesh shows.
@@ -56,8 +58,10 @@ impl Style {
             let value = mesh.scalar_map.scalar(surface.value);
             Some((value, number(surface.value)?))
         });
+        let intervals = intervals(&pairs);
         Style {
-            intervals: intervals(&pairs),
+            has_steps: intervals.iter().any(|i| !i[STEP_LOW].is_nan()),
+            intervals,
             surfaces: surfaces.collect(),
             is_transparent: is_transparent(appearance.optical_model, deepest),
             least_transmittance: least_transmittance(appearance, options),

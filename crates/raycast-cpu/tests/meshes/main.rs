@@ -1,3 +1,8 @@
 //! Meshes against the ground truth.
 
+mod common;
+
+mod look;
 mod models;
+mod reference;
+mod same;
