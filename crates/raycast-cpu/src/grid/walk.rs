@@ -1,0 +1,169 @@
+//! From voxel cell to voxel cell along a ray, with leaps over bricks in which nothing shows.
+
+use tetrascope_core::glam::DVec3;
+
+use super::tree::Tree;
+
+/// A straight line in the space of cells, `origin + t · slope`, t in world units.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Line {
+    pub(crate) origin: DVec3,
+    pub(crate) slope: DVec3,
+}
+
+/// The way of a ray through a grid, as far as it is walked.
+///
+/// Planes are crossed at (k − origin)/slope, computed for each plane by itself, so that rounding
+/// keeps these times in order. Axes along which the ray falls are mirrored: cell c becomes
+/// `side − 1 − c`, which flips its bits, as `side` is a power of two. So all coordinates only
+/// rise, and blocks that are aligned stay aligned.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Walk {
+    /// Mirrored.
+    origin: [f64; 3],
+    slope: [f64; 3],
+    /// t of the plane k is k · `pace` + `late`.
+    pace: [f64; 3],
+    late: [f64; 3],
+    /// The last cell along each axis, mirrored.
+    last: [u32; 3],
+    flip: [u32; 3],
+    cell: [u32; 3],
+    t: f64,
+    end: f64,
+    /// Cells passed over in leaps.
+    pub(crate) skipped: u64,
+}
+
+/// What the line and a cell have in common, of positive length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stretch {
+    pub(crate) cell: [u32; 3],
+    pub(crate) t_in: f64,
+    pub(crate) t_out: f64,
+}
+
+impl Stretch {
+    /// Where in the cell the line is at `t`, as shares of its sides.
+    #[inline(always)]
+    pub(crate) fn place(&self, line: &Line, t: f64) -> [f64; 3] {
+        let at =
+            |axis: usize| line.origin[axis] + t * line.slope[axis] - f64::from(self.cell[axis]);
+        [at(0), at(1), at(2)]
+    }
+
+    /// The same, kept in [0, 1], which rounding may leave.
+    pub(crate) fn clamped(&self, line: &Line, t: f64) -> [f64; 3] {
+        self.place(line, t).map(|share| share.clamp(0.0, 1.0))
+    }
+}
+
+impl Walk {
+    /// The way from t = `near` to `far` through `tree`'s cells; `None` if there is none.
+    #[inline(always)]
+    pub(crate) fn new(line: Line, tree: &Tree, [near, far]: [f64; 2]) -> Option<Walk> {
+        let (mut start, mut end) = (near, far);
+        let mut walk = Walk::default();
+        let side = tree.side();
+        for axis in 0..3 {
+            let (origin, slope) = (line.origin[axis], line.slope[axis]);
+            let cells = tree.cells()[axis];
+            if slope == 0.0 {
+                if !(0.0..=f64::from(cells)).contains(&origin) {
+                    return None;
+                }
+                walk.origin[axis] = origin;
+                walk.late[axis] = f64::INFINITY;
+                walk.last[axis] = cells - 1;
+                continue;
+            }
+            let falls = slope < 0.0;
+            let (first, origin) = match falls {
+                true => (f64::from(side - cells), f64::from(side) - origin),
+                false => (0.0, origin),
+            };
+            let slope = slope.abs();
+            let pace = slope.recip();
+            // A slope below the least normal number has no reciprocal: no plane is reached.
+            let late = match pace.is_finite() {
+                true => -origin * pace,
+                false => f64::INFINITY,
+            };
+            let pace = if pace.is_finite() { pace } else { 0.0 };
+            walk.origin[axis] = origin;
+            walk.slope[axis] = slope;
+            walk.pace[axis] = pace;
+            walk.late[axis] = late;
+            walk.last[axis] = if falls { side - 1 } else { cells - 1 };
+            walk.flip[axis] = if falls { side - 1 } else { 0 };
+            if late.is_finite() {
+                start = start.max(first * pace + late);
+                end = end.min((first + f64::from(cells)) * pace + late);
+            } else if !(first..=first + f64::from(cells)).contains(&origin) {
+                return None;
+            }
+        }
+        if !(start < end && end.is_finite()) {
+            return None;
+        }
+        walk.t = start;
+        walk.end = end;
+        for axis in 0..3 {
+            let place = walk.origin[axis] + start * walk.slope[axis];
+            let last = walk.last[axis];
+            let first = last + 1 - tree.cells()[axis];
+            // The cast saturates.
+            walk.cell[axis] = (place as u32).clamp(first, last);
+        }
+        Some(walk)
+    }
+
+    /// The next cell in which something shows.
+    #[inline(always)]
+    pub(crate) fn next(&mut self, tree: &Tree) -> Option<Stretch> {
+        while self.t < self.end {
+            let cell = [0, 1, 2].map(|axis| self.cell[axis] ^ self.flip[axis]);
+            let (shows, shift) = tree.look(cell);
+            let inner = (1u32 << shift) - 1;
+            let plane = [0, 1, 2].map(|axis| (self.cell[axis] | inner) + 1);
+            let at = |axis: usize| f64::from(plane[axis]) * self.pace[axis] + self.late[axis];
+            let [x, y, z] = [at(0), at(1), at(2)];
+            let (axis, leaves) = if x <= y && x <= z {
+                (0, x)
+            } else if y <= z {
+                (1, y)
+            } else {
+                (2, z)
+            };
+            let leaves = leaves.max(self.t);
+            let t_in = self.t;
+            self.t = leaves;
+            if shift > 0 {
+                let before = self.cell;
+                let until = leaves.min(self.end);
+                for other in 0..3 {
+                    let place = self.origin[other] + until * self.slope[other];
+                    let far = self.cell[other] | inner;
+                    self.cell[other] = (place as u32).clamp(self.cell[other], far);
+                }
+                if leaves < self.end {
+                    self.cell[axis] = plane[axis];
+                }
+                let passed = [0, 1, 2].map(|i| u64::from(self.cell[i] - before[i]));
+                self.skipped += passed[0] + passed[1] + passed[2];
+            } else {
+                self.cell[axis] = plane[axis];
+            }
+            if self.cell[axis] > self.last[axis] {
+                self.t = f64::INFINITY;
+            }
+            if shows {
+                let t_out = leaves.min(self.end);
+                if t_out > t_in {
+                    return Some(Stretch { cell, t_in, t_out });
+                }
+            }
+        }
+        None
+    }
+}
