@@ -47,6 +47,7 @@ impl RaycastCpuOptions {
         RaycastCpuOptions {
             stop_opacity: settings.number("stop-opacity") as f32,
             tolerance: settings.number("tolerance"),
+            domain: None,
             threads: None,
         }
     }

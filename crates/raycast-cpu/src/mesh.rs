@@ -26,10 +26,11 @@ use rayon::prelude::*;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::optics::over;
 use tetrascope_core::{Appearance, DirectionalLight, Error, Frame, FrameStats, TetMesh, View};
-use tetrascope_f32::{Rays, ScalarMap};
+use tetrascope_f32::{Domain, Rays, ScalarMap};
 
 use crate::counters::{CELL_VISITS, LOST_RAYS, PATHS, UNPAIRED_FACES};
 use crate::options::RaycastCpuOptions;
+use crate::segments::PathSegments;
 use block::{Block, Workspace};
 use crossings::Bins;
 use lanes::Counts;
@@ -52,8 +53,9 @@ impl Caster {
         appearance: &Appearance,
         options: &RaycastCpuOptions,
     ) -> Result<Caster, Error> {
-        let map = ScalarMap::of_appearance(appearance, mesh.scalar_range());
-        let mesh = Packed::new(mesh, map);
+        let domain = Domain::of(mesh).within(options.domain)?;
+        let map = ScalarMap::of_appearance(appearance, domain.scalar_range);
+        let mesh = Packed::new(mesh, domain, map);
         Ok(Caster {
             style: Style::new(&mesh, appearance, options),
             mesh,
@@ -65,10 +67,11 @@ impl Caster {
     /// Another mesh in the same look; the packed geometry is kept where it is the same.
     pub(crate) fn reloaded(&self, source: &TetMesh) -> Result<Caster, Error> {
         let appearance = &self.style.appearance;
-        let map = ScalarMap::of_appearance(appearance, source.scalar_range());
+        let domain = Domain::of(source).within(self.options.domain)?;
+        let map = ScalarMap::of_appearance(appearance, domain.scalar_range);
         let mesh = match source.shares_geometry(&self.mesh.source) {
-            true => self.mesh.with_scalars(source, map),
-            false => Packed::new(source, map),
+            true => self.mesh.with_scalars(source, domain, map),
+            false => Packed::new(source, domain, map),
         };
         Ok(Caster {
             style: Style::new(&mesh, appearance, &self.options),
@@ -79,11 +82,11 @@ impl Caster {
     }
 
     pub(crate) fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
-        let range = self.mesh.source.scalar_range();
+        let range = self.mesh.domain.scalar_range;
         if !self.mesh.scalar_map.suits_appearance(appearance, range) {
             let map = ScalarMap::of_appearance(appearance, range);
             let source = self.mesh.source.clone();
-            self.mesh = self.mesh.with_scalars(&source, map);
+            self.mesh = self.mesh.with_scalars(&source, self.mesh.domain, map);
         }
         self.style = Style::new(&self.mesh, appearance, &self.options);
         Ok(())
@@ -93,7 +96,6 @@ impl Caster {
     pub(crate) fn draw(&self, view: &View, ends: Option<&[f64]>) -> Result<Frame, Error> {
         let Caster { mesh, style, .. } = self;
         let appearance = &style.appearance;
-        let normalization = mesh.places.normalization;
         let background = view.premultiplied_background();
         let size = [view.width as usize, view.height as usize];
         let nothing = over(appearance.optical_model, DVec3::ZERO, 0.0, background);
@@ -103,41 +105,64 @@ impl Caster {
         stats.bytes_resident = mesh.bytes();
         stats.bytes_per_cell = Some(mesh.bytes() as f64 / mesh.cell_count.max(1) as f64);
         let mut counts = Counts::default();
-        if !style.is_transparent {
-            let rays = Rays::new(view, &normalization);
-            let bins = Bins::new(mesh, view, &rays, side(view)).ok_or_else(too_many_faces)?;
-            let bounds = mesh.source.bounds();
-            let camera = Camera::new(view, rays, normalization, appearance, &bounds, ends);
-            let frame = FrameScene {
-                mesh,
-                style,
-                camera: &camera,
-                turned: Default::default(),
-                lights: appearance.lighting.resolved(rays.forward),
-                background,
-                size,
-            };
-            let cast = |workspace: &mut Workspace, index| {
-                Block::cast(&frame, &bins, index, self.level, workspace)
-            };
-            let blocks = (0..bins.count()).into_par_iter();
-            let blocks: Vec<Block> = blocks.map_init(Workspace::default, cast).collect();
-            for block in &blocks {
-                let width = block.columns[1] - block.columns[0];
-                for &(place, pixel, depth) in &block.pixels {
-                    let (column, row) = (place as usize % width, place as usize / width);
-                    let at = (block.rows[0] + row) * size[0] + block.columns[0] + column;
-                    pixels[at] = pixel;
-                    depths[at] = depth;
-                }
-                counts += block.counts;
-            }
+        for block in self.blocks(view, ends, false)? {
+            block.put(&block.pixels, size[0], |at, (_, pixel, depth)| {
+                pixels[at] = *pixel;
+                depths[at] = *depth;
+            });
+            counts += block.counts;
         }
         counts.tell(&mut stats);
         Ok(Frame {
             depths: Some(depths),
             ..Frame::new((view.width, view.height), pixels, stats)
         })
+    }
+
+    /// The paths of a valid view, each by itself.
+    pub(crate) fn segments(&self, view: &View) -> Result<PathSegments, Error> {
+        let mut segments = Vec::new();
+        for block in self.blocks(view, None, true)? {
+            block.put(&block.segments, view.width as usize, |at, (_, segment)| {
+                segments.push((at as u32, *segment));
+            });
+        }
+        let model = self.style.appearance.optical_model;
+        Ok(PathSegments::new(view, model, segments))
+    }
+
+    /// Casts all rays, or all their paths by themselves.
+    fn blocks(
+        &self,
+        view: &View,
+        ends: Option<&[f64]>,
+        by_path: bool,
+    ) -> Result<Vec<Block>, Error> {
+        let Caster { mesh, style, .. } = self;
+        if style.is_transparent {
+            return Ok(Vec::new());
+        }
+        let appearance = &style.appearance;
+        let normalization = mesh.places.normalization;
+        let rays = Rays::new(view, &normalization);
+        let bins = Bins::new(mesh, view, &rays, side(view)).ok_or_else(too_many_faces)?;
+        let bounds = mesh.domain.bounds;
+        let camera = Camera::new(view, rays, normalization, appearance, &bounds, ends);
+        let frame = FrameScene {
+            mesh,
+            style,
+            camera: &camera,
+            turned: Default::default(),
+            lights: appearance.lighting.resolved(rays.forward),
+            background: view.premultiplied_background(),
+            size: [view.width as usize, view.height as usize],
+            by_path,
+        };
+        let cast = |workspace: &mut Workspace, index| {
+            Block::cast(&frame, &bins, index, self.level, workspace)
+        };
+        let blocks = (0..bins.count()).into_par_iter();
+        Ok(blocks.map_init(Workspace::default, cast).collect())
     }
 }
 
@@ -184,6 +209,7 @@ struct FrameScene<'a> {
     lights: Vec<DirectionalLight>,
     background: [f64; 4],
     size: [usize; 2],
+    by_path: bool,
 }
 
 impl FrameScene<'_> {
@@ -210,6 +236,7 @@ struct Scene<'a> {
     columns: [usize; 2],
     rows: [usize; 2],
     lights: &'a [DirectionalLight],
+    by_path: bool,
 }
 
 impl Scene<'_> {

@@ -1,6 +1,7 @@
 //! How it draws.
 
 use tetrascope_core::Error;
+use tetrascope_f32::Domain;
 
 /// How rays are cast.
 #[derive(Clone, Debug, PartialEq)]
@@ -10,6 +11,9 @@ pub struct RaycastCpuOptions {
     /// How far the light of one segment of a ray in a grid may be off, relative to the greatest;
     /// grids only.
     pub tolerance: f64,
+    /// What numbers of a mesh are relative to: of a whole of which it is a part, or of a series of
+    /// which it is a step; `None` for its own.
+    pub domain: Option<Domain>,
     /// Threads that draw; `None` is rayon's own pool, one a core. Pixels do not depend on it.
     pub threads: Option<usize>,
 }

@@ -7,6 +7,7 @@ use tetrascope_core::{Appearance, Error, Frame, OpticalModel, View, Volume, Volu
 
 use crate::entry::supports;
 use crate::options::RaycastCpuOptions;
+use crate::segments::PathSegments;
 use crate::{grid, mesh};
 
 /// A packed volume. It draws without any device.
@@ -72,6 +73,23 @@ impl RaycastCpu {
     /// pixel.
     pub fn render_before(&self, view: &View, ends: &[f64]) -> Result<Frame, Error> {
         self.draw(view, Some(ends))
+    }
+
+    /// The paths of a view's rays through a mesh, each by itself: of a part of a mesh, so that
+    /// [`PathSegments::composite`] draws the whole.
+    ///
+    /// # Errors
+    /// As [`VolumeRenderer::render`]; a grid is unsupported.
+    pub fn segments(&self, view: &View) -> Result<PathSegments, Error> {
+        view.validate()?;
+        match &self.body {
+            Body::Mesh(caster) => in_pool(&self.pool, || caster.segments(view)),
+            Body::Grid(_) => Err(Error::Unsupported {
+                renderer: crate::NAME,
+                what: "paths through a grid".into(),
+                reason: "a ray has one way through it".into(),
+            }),
+        }
     }
 
     fn draw(&self, view: &View, ends: Option<&[f64]>) -> Result<Frame, Error> {

@@ -65,6 +65,7 @@ fn shoot(kind: &HardMesh, level: Level, count: usize, seed: u64) -> (u64, Counts
             columns: [0, MOST_SIDE],
             rows: [0, MOST_SIDE],
             lights: &[],
+            by_path: false,
         };
         let of_class: Vec<_> = rays.iter().filter(|r| Class::of(r[1]) == class).collect();
         for part in of_class.chunks(MOST_SIDE * MOST_SIDE) {

@@ -13,6 +13,7 @@ use super::lanes::{Cast, Counts, Lanes};
 use super::rays::{BlockRays, Class, STRIDE};
 use super::walk::walk;
 use super::{FrameScene, Scene};
+use crate::segments::PathSegment;
 use crate::simd::widest;
 
 /// Memory that one block leaves to the next.
@@ -42,10 +43,28 @@ pub(super) struct Block {
     /// Of those that a ray through the mesh has changed: the place in the block, row by row, the
     /// pixel, and how far the surface is.
     pub(super) pixels: Vec<(u32, [f32; 4], f32)>,
+    /// Of paths by themselves: the place in the block, and the segment.
+    pub(super) segments: Vec<(u32, PathSegment)>,
     pub(super) counts: Counts,
 }
 
 impl Block {
+    /// Hands items, which begin with their place in the block, to `put` with their place in the image.
+    pub(super) fn put<T: Placed>(
+        &self,
+        items: &[T],
+        image_width: usize,
+        mut put: impl FnMut(usize, &T),
+    ) {
+        let width = self.columns[1] - self.columns[0];
+        for item in items {
+            let place = item.place() as usize;
+            let (column, row) = (place % width, place / width);
+            let at = (self.rows[0] + row) * image_width + self.columns[0] + column;
+            put(at, item);
+        }
+    }
+
     /// Casts the rays of a block.
     pub(super) fn cast(
         frame: &FrameScene,
@@ -64,6 +83,7 @@ impl Block {
             columns,
             rows,
             pixels: Vec::new(),
+            segments: Vec::new(),
             counts: Counts::default(),
         };
         let faces = bins.of(index);
@@ -90,6 +110,7 @@ impl Block {
                 columns,
                 rows,
                 lights: &frame.lights,
+                by_path: frame.by_path,
             };
             frame.camera.set(class, columns, rows, rays);
             let boundary = &frame.mesh.places.boundary;
@@ -116,11 +137,19 @@ impl Block {
                 }),
             }
             block.counts += lanes.counts;
+            let place = |cast: &Cast| {
+                let ray = cast.ray as usize;
+                (ray / STRIDE * (columns[1] - columns[0]) + ray % STRIDE) as u32
+            };
+            if frame.by_path {
+                let segments = lanes.done.iter();
+                let segments = segments.map(|cast| (place(cast), scene.segment(cast)));
+                block.segments.extend(segments);
+                continue;
+            }
             block.pixels.extend(lanes.done.iter().map(|cast| {
                 let (pixel, depth) = scene.pixel(cast, frame.background);
-                let place = cast.ray as usize / STRIDE * (columns[1] - columns[0])
-                    + cast.ray as usize % STRIDE;
-                (place as u32, pixel, depth)
+                (place(cast), pixel, depth)
             }));
         }
         block
@@ -147,9 +176,45 @@ impl Scene<'_> {
         (pixel, distance as f32)
     }
 
+    /// A path by itself.
+    fn segment(&self, cast: &Cast) -> PathSegment {
+        let [column, row] = self.place(cast.ray as usize);
+        let distance = |z: f64| self.camera.distance(self.class, column, row, z) as f32;
+        let [near, far] = cast.ends.map(|z| distance(z.into()));
+        let (light, transmittance) = match self.style.appearance.optical_model {
+            OpticalModel::Absorption => ([0.0; 3], (-f64::from(cast.light[0])).exp() as f32),
+            _ => (cast.light, cast.transmittance as f32),
+        };
+        // A surface is where it is met.
+        let near = cast.surface.map_or(near, distance);
+        PathSegment {
+            near,
+            far,
+            light,
+            transmittance,
+        }
+    }
+
     /// Column and row of a ray.
     pub(super) fn place(&self, ray: usize) -> [usize; 2] {
         [self.columns[0] + ray % STRIDE, self.rows[0] + ray / STRIDE]
+    }
+}
+
+/// What has a place in a block.
+pub(super) trait Placed {
+    fn place(&self) -> u32;
+}
+
+impl Placed for (u32, [f32; 4], f32) {
+    fn place(&self) -> u32 {
+        self.0
+    }
+}
+
+impl Placed for (u32, PathSegment) {
+    fn place(&self) -> u32 {
+        self.0
     }
 }
 

@@ -22,6 +22,8 @@ pub(super) struct Cast {
     pub(super) transmittance: f64,
     /// z of the isosurface that it met.
     pub(super) surface: Option<f64>,
+    /// z of the path's ends, where each is put away by itself.
+    pub(super) ends: [f32; 2],
 }
 
 /// What a block's rays did.
@@ -68,6 +70,9 @@ pub(super) struct Lanes {
     pub(super) light_lost: [PerLane<f32>; 3],
     pub(super) transmittance: PerLane<f32>,
     pub(super) lost: PerLane<f32>,
+    /// z where the path begins, and how far it has come.
+    near: PerLane<f32>,
+    pub(super) seen: PerLane<f32>,
     // The path: the face by which it comes in.
     pub(super) face: [PerLane<Vertex>; 3],
     pub(super) ids: [PerLane<i32>; 3],
@@ -110,6 +115,8 @@ impl Lanes {
             light_lost: [ZEROS; 3],
             transmittance: ZEROS,
             lost: ZEROS,
+            near: ZEROS,
+            seen: ZEROS,
             face: [NONE; 3],
             ids: [[0; MOST_LANES]; 3],
             cell: [0; MOST_LANES],
@@ -167,6 +174,9 @@ impl Lanes {
                 }
                 End::Stopped => is_over = true,
             }
+            if scene.by_path {
+                self.put_path_away(lane);
+            }
         }
         loop {
             if self.ray[lane] == NO_RAY && !self.take_ray(lane, rays, crossings) {
@@ -179,7 +189,10 @@ impl Lanes {
             }
             let place = self.at[lane];
             if is_over || place == self.end[lane] {
-                self.put_away(lane);
+                if !scene.by_path {
+                    self.put_away(lane);
+                }
+                self.ray[lane] = NO_RAY;
                 is_over = false;
                 continue;
             }
@@ -225,22 +238,40 @@ impl Lanes {
             for (line, values) in self.line.iter_mut().zip(values) {
                 line[lane] = values[ray];
             }
-            for light in [
-                &mut self.light,
-                &mut self.light_before,
-                &mut self.light_lost,
-            ] {
-                light.iter_mut().for_each(|light| light[lane] = 0.0);
-            }
-            self.transmittance[lane] = 1.0;
-            self.lost[lane] = 0.0;
-            self.surface[lane] = None;
+            self.forget(lane);
             return true;
         }
         false
     }
 
-    /// Ends a lane's ray.
+    /// Forgets what a lane has gathered.
+    fn forget(&mut self, lane: usize) {
+        for light in [
+            &mut self.light,
+            &mut self.light_before,
+            &mut self.light_lost,
+        ] {
+            light.iter_mut().for_each(|light| light[lane] = 0.0);
+        }
+        self.transmittance[lane] = 1.0;
+        self.lost[lane] = 0.0;
+        self.surface[lane] = None;
+    }
+
+    /// Ends a lane's path, if some of it is between the ray's ends.
+    fn put_path_away(&mut self, lane: usize) {
+        let near = self.near[lane].max(self.line[5][lane]);
+        let far = self.seen[lane].min(self.line[6][lane]);
+        if near < far {
+            self.put_away(lane);
+            if let Some(cast) = self.done.last_mut() {
+                cast.ends = [near, far];
+            }
+        }
+        self.forget(lane);
+    }
+
+    /// Puts what a lane has gathered to what is done.
     fn put_away(&mut self, lane: usize) {
         let surface = self.surface[lane];
         let gathered = [0, 1, 2].map(|i| {
@@ -255,8 +286,8 @@ impl Lanes {
             light: surface.map_or(gathered, |s| s.color.as_vec3().to_array()),
             transmittance: f64::from(self.transmittance[lane]) + f64::from(self.lost[lane]),
             surface: surface.map(|s| s.z),
+            ends: [0.0; 2],
         });
-        self.ray[lane] = NO_RAY;
     }
 
     /// Begins a path.
@@ -273,6 +304,7 @@ impl Lanes {
             self.ids[i][lane] = corner as i32;
         }
         self.cell[lane] = cell as i32;
+        self.near[lane] = crossing.z;
         self.crossed[lane] = (a ^ b ^ c) as i32;
         // Its lane's first path: wherever it begins, the interval is found.
         if self.interval[HIGH][lane] <= self.interval[LOW][lane] {

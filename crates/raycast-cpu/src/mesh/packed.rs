@@ -6,7 +6,7 @@ use tetrascope_core::TetMesh;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_f32::layout::AT_BOUNDARY;
-use tetrascope_f32::{Layout, Locality, Normalization, ScalarMap, longest_edge};
+use tetrascope_f32::{Domain, Layout, Locality, Normalization, ScalarMap, longest_edge};
 
 /// In place of a scalar that is not a number. Mapped scalars stay below 10³⁰.
 pub(super) const NO_SCALAR: f32 = 1e38;
@@ -86,6 +86,7 @@ impl Places {
 #[derive(Clone, Debug)]
 pub(super) struct Packed {
     pub(super) source: TetMesh,
+    pub(super) domain: Domain,
     pub(super) places: Arc<Places>,
     pub(super) scalar_map: ScalarMap,
     pub(super) kind: Kind,
@@ -100,8 +101,8 @@ pub(super) struct Packed {
 }
 
 impl Packed {
-    pub(super) fn new(source: &TetMesh, scalar_map: ScalarMap) -> Packed {
-        let normalization = Normalization::of(&source.bounds());
+    pub(super) fn new(source: &TetMesh, domain: Domain, scalar_map: ScalarMap) -> Packed {
+        let normalization = Normalization::of(&domain.bounds);
         let mut layout = Layout::new(source, Locality::Morton);
         let count = layout.sums.len() as u32;
         let neighbor = |n: u32| match n & AT_BOUNDARY {
@@ -136,6 +137,7 @@ impl Packed {
         };
         let mut packed = Packed {
             source: source.clone(),
+            domain,
             scalar_map,
             kind: Kind::of(source),
             cells: Arc::new(cells.chain(outside).collect()),
@@ -155,9 +157,15 @@ impl Packed {
     }
 
     /// The same geometry with the scalars of `source`, mapped by `scalar_map`.
-    pub(super) fn with_scalars(&self, source: &TetMesh, scalar_map: ScalarMap) -> Packed {
+    pub(super) fn with_scalars(
+        &self,
+        source: &TetMesh,
+        domain: Domain,
+        scalar_map: ScalarMap,
+    ) -> Packed {
         let mut packed = Packed {
             source: source.clone(),
+            domain,
             scalar_map,
             kind: Kind::of(source),
             ..self.clone()
@@ -209,9 +217,9 @@ impl Packed {
         self.has_gaps = has_gaps;
     }
 
-    /// The field's least and greatest scalar, mapped.
+    /// The domain's least and greatest scalar, mapped.
     pub(super) fn scalars(&self) -> (f32, f32) {
-        self.scalar_map.range(self.source.scalar_range())
+        self.scalar_map.range(self.domain.scalar_range)
     }
 
     /// Bytes of all that stays between frames.

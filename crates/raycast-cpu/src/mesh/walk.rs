@@ -74,6 +74,7 @@ pub(super) fn walk<S: Simd, const MODEL: u8>(
             }
             store::<S>(gathered.transmittance, &mut lanes.transmittance);
             store::<S>(gathered.lost, &mut lanes.lost);
+            store::<S>(seen, &mut lanes.seen);
             for lane in lanes_of(done) {
                 let end = match left >> lane & 1 {
                     0 => End::Stopped,

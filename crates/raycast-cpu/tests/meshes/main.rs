@@ -4,5 +4,6 @@ mod common;
 
 mod look;
 mod models;
+mod parts;
 mod reference;
 mod same;
