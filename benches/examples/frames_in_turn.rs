@@ -37,7 +37,11 @@ fn main() -> Result<(), Error> {
         let exact = build(truth.name)?.render(&scene.view)?;
         for (name, renderer) in wanted.iter().zip(&renderers) {
             let frame = renderer.render(&scene.view)?;
-            let pairs = frame.pixels.iter().flatten().zip(exact.pixels.iter().flatten());
+            let pairs = frame
+                .pixels
+                .iter()
+                .flatten()
+                .zip(exact.pixels.iter().flatten());
             let differences = pairs.map(|(a, b)| f64::from((a - b).abs()));
             let (mut sum, mut most) = (0.0, 0.0_f64);
             for difference in differences {
@@ -49,7 +53,12 @@ fn main() -> Result<(), Error> {
             println!("{name}: rmse {rmse:.1e}, max {most:.1e}; {adapter}");
         }
     }
-    for (turn, _) in std::io::stdin().lock().lines().map_while(Result::ok).enumerate() {
+    for (turn, _) in std::io::stdin()
+        .lock()
+        .lines()
+        .map_while(Result::ok)
+        .enumerate()
+    {
         let mut camera = scene.view.camera;
         // A thousandth of the distance to and fro: nothing of a frame can be kept.
         let step = if turn % 2 == 0 { 1e-3 } else { -1e-3 };

@@ -3,17 +3,20 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use tetrascope_core::{Appearance, Error, Frame, OpticalModel, View, Volume, VolumeRenderer};
+use tetrascope_core::{
+    Appearance, Bounds, Error, Frame, OpticalModel, View, Volume, VolumeRenderer,
+};
 
 use crate::entry::supports;
 use crate::options::RaycastCpuOptions;
 use crate::segments::PathSegments;
-use crate::{grid, mesh};
+use crate::{ABILITIES, NAME, grid, mesh};
 
 /// A packed volume. It draws without any device.
 #[derive(Debug)]
 pub struct RaycastCpu {
     body: Body,
+    bounds: Bounds,
     appearance: Appearance,
     options: RaycastCpuOptions,
     pool: Option<Arc<rayon::ThreadPool>>,
@@ -59,6 +62,7 @@ impl RaycastCpu {
         };
         Ok(RaycastCpu {
             body: in_pool(&pool, || Body::new(volume, appearance, options))?,
+            bounds: volume.bounds(),
             appearance: appearance.clone(),
             options: options.clone(),
             pool,
@@ -85,7 +89,7 @@ impl RaycastCpu {
         match &self.body {
             Body::Mesh(caster) => in_pool(&self.pool, || caster.segments(view)),
             Body::Grid(_) => Err(Error::Unsupported {
-                renderer: crate::NAME,
+                renderer: NAME,
                 what: "paths through a grid".into(),
                 reason: "a ray has one way through it".into(),
             }),
@@ -155,10 +159,12 @@ impl VolumeRenderer for RaycastCpu {
             _ => Body::new(volume, appearance, options),
         })?;
         self.body = new;
+        self.bounds = volume.bounds();
         Ok(())
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        ABILITIES.check(NAME, appearance, &self.bounds)?;
         let body = &mut self.body;
         in_pool(&self.pool, || match body {
             Body::Mesh(caster) => caster.restyle(appearance),

@@ -61,8 +61,7 @@ const ALL: &[Algorithm] = &[
         needs_gpu: false,
         build: |_, volume, appearance, settings| {
             let options = tetrascope_raycast_cpu::RaycastCpuOptions::from_settings(settings);
-            let renderer =
-                tetrascope_raycast_cpu::RaycastCpu::new(volume, appearance, &options)?;
+            let renderer = tetrascope_raycast_cpu::RaycastCpu::new(volume, appearance, &options)?;
             Ok(Renderer::Cpu(Box::new(renderer)))
         },
     },
