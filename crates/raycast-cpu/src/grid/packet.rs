@@ -109,113 +109,182 @@ impl Inbox {
     }
 }
 
-/// The pixels that no lane has taken yet.
-struct Queue {
+/// All of a square but the arithmetic: its rays, their cells, and its pixels.
+///
+/// None of it depends on the vectors' instructions, so that it is compiled once.
+struct Desk<'a> {
+    shared: &'a Shared<'a>,
     square: Square,
+    lanes: [Lane; LANES],
+    inbox: Inbox,
+    pixels: Vec<Pixel>,
+    work: Work,
+    /// The next pixel that no lane has taken.
     next: u32,
-    empty: Pixel,
+    /// Lanes with a ray, with a new cell, and with a new ray.
+    alive: u64,
+    fresh: u64,
+    started: u64,
 }
 
-impl Queue {
-    /// Starts the next ray that meets anything; draws those before it, which do not.
-    #[inline(always)]
-    fn start(
-        &mut self,
-        shared: &Shared,
-        pixels: &mut [Pixel],
-        work: &mut Work,
-    ) -> Option<(Lane, Stretch)> {
+/// Light and depth of all lanes, each with its compensation.
+type Sums = [[[f32; LANES]; 2]; 4];
+
+impl<'a> Desk<'a> {
+    /// With a ray in each lane, as far as there are rays that meet anything.
+    #[inline(never)]
+    fn new(shared: &'a Shared<'a>, square: Square) -> Desk<'a> {
+        let empty = (shared.finish.pixel(DVec3::ZERO, 0.0), f32::INFINITY);
+        let mut desk = Desk {
+            shared,
+            square,
+            lanes: [Lane::default(); LANES],
+            inbox: Inbox::default(),
+            pixels: vec![empty; (square.size[0] * square.size[1]) as usize],
+            work: Work::default(),
+            next: 0,
+            alive: 0,
+            fresh: 0,
+            started: 0,
+        };
+        for lane in 0..LANES {
+            desk.start(lane);
+        }
+        desk
+    }
+
+    /// Starts the next ray that meets anything in a lane.
+    fn start(&mut self, lane: usize) {
         let [width, height] = self.square.size;
+        let [x, y] = self.square.first;
+        let tree = self.shared.tree;
         while self.next < width * height {
             let pixel = self.next;
             self.next += 1;
-            let [x, y] = self.square.first;
-            let ray = shared.rays.ray(x + pixel % width, y + pixel / width);
-            if let Some(mut walk) = Walk::new(ray.line, shared.tree, ray.kept) {
-                if let Some(stretch) = walk.next(shared.tree) {
-                    let lane = Lane {
-                        walk,
-                        line: ray.line,
-                        cue: ray.cue,
-                        pixel,
-                    };
-                    return Some((lane, stretch));
-                }
-                work.skipped += walk.skipped;
+            let ray = self.shared.rays.ray(x + pixel % width, y + pixel / width);
+            let Some(walk) = Walk::new(ray.line, tree, ray.kept) else {
+                continue;
+            };
+            let own = &mut self.lanes[lane];
+            *own = Lane {
+                walk,
+                line: ray.line,
+                cue: ray.cue,
+                pixel,
+            };
+            if let Some(stretch) = own.walk.next(tree) {
+                self.inbox.put_cell(self.shared, lane, own, &stretch);
+                self.alive |= 1 << lane;
+                self.fresh |= 1 << lane;
+                self.started |= 1 << lane;
+                return;
             }
-            pixels[pixel as usize] = self.empty;
+            self.work.skipped += own.walk.skipped;
         }
-        None
+        self.alive &= !(1 << lane);
+    }
+
+    /// Finds the rows in which new cells begin, where the mapped scalar is that of `scalars`;
+    /// in `flat` lanes it is constant.
+    #[inline(never)]
+    fn find_rows(&mut self, flat: u64, scalars: &[f32; LANES]) {
+        let table = self.shared.table;
+        for lane in ones(self.fresh) {
+            if flat >> lane & 1 == 1
+                && let Some(row) = table.step(self.inbox.corners[0][lane])
+            {
+                self.inbox.put_row(lane, row);
+                continue;
+            }
+            let index = table.find(scalars[lane]);
+            self.inbox.index[lane] = index;
+            self.inbox.put_row(lane, table.row(index));
+        }
+    }
+
+    /// Moves lanes that crossed a knot to the row on its other side.
+    #[inline(never)]
+    fn next_rows(&mut self, crossed: u64, rises: u64) {
+        let table = self.shared.table;
+        for lane in ones(crossed) {
+            // The outermost rows reach beyond every scalar.
+            let index = match rises >> lane & 1 {
+                1 => self.inbox.index[lane] + 1,
+                _ => self.inbox.index[lane] - 1,
+            };
+            self.inbox.index[lane] = index;
+            self.inbox.put_row(lane, table.row(index));
+        }
+    }
+
+    /// Gives lanes whose cell is done the next one, and those whose ray is done, or `opaque`, the
+    /// next ray.
+    #[inline(never)]
+    fn next_cells(&mut self, done: u64, opaque: u64, sums: &Sums) {
+        for lane in ones(done | opaque) {
+            self.work.visits += 1;
+            let ray = &mut self.lanes[lane];
+            if opaque >> lane & 1 == 0
+                && let Some(stretch) = ray.walk.next(self.shared.tree)
+            {
+                self.inbox.put_cell(self.shared, lane, ray, &stretch);
+                self.fresh |= 1 << lane;
+                continue;
+            }
+            let [r, g, b, depth] = sums.each_ref().map(|[sum, excess]| {
+                // What the sum has too much.
+                f64::from(sum[lane]) - f64::from(excess[lane])
+            });
+            let pixel = self.shared.finish.pixel(DVec3::new(r, g, b), depth);
+            self.pixels[ray.pixel as usize] = (pixel, f32::INFINITY);
+            self.work.skipped += ray.walk.skipped;
+            self.start(lane);
+        }
     }
 }
 
-/// Draws a square of pixels, row by row. `MODEL` is an optical model as a number.
-#[inline(always)]
-pub(crate) fn draw<S: Simd>(simd: S, shared: &Shared, square: Square) -> (Vec<Pixel>, Work) {
-    simd.vectorize(
-        #[inline(always)]
-        || march(simd, shared, square),
-    )
+/// The places of the ones among `bits`.
+fn ones(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        (bits != 0).then(|| {
+            bits &= bits - 1;
+            lane
+        })
+    })
 }
 
+/// Draws a square of pixels, row by row.
 #[inline(always)]
-fn march<S: Simd>(simd: S, shared: &Shared, square: Square) -> (Vec<Pixel>, Work) {
-    let mut work = Work::default();
-    let empty = (shared.finish.pixel(DVec3::ZERO, 0.0), f32::INFINITY);
-    let mut pixels = vec![empty; (square.size[0] * square.size[1]) as usize];
-    let mut queue = Queue {
-        square,
-        next: 0,
-        empty,
-    };
-    let splat = |value: f32| f32x8::splat(simd, value);
-    let mask = |bits: u64| mask32x8::from_bitmask(simd, bits);
-    let (zero, one) = (splat(0.0), splat(1.0));
+pub(crate) fn draw<S: Simd>(simd: S, shared: &Shared, square: Square) -> (Vec<Pixel>, Work) {
+    let mut desk = Desk::new(shared, square);
+    let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
     let model = shared.finish.model;
     let absorbs = model == OpticalModel::EmissionAbsorption;
     let is_cued = shared.rays.is_cued();
-    let weighs = shared.table.is_colored;
+    // Whether it matters where in a part light comes from.
+    let weighs = is_cued || shared.table.is_colored;
     let rule = shared.table.rule;
-    let deepest = splat(match absorbs && weighs {
-        true => rule.deepest,
-        false => f32::INFINITY,
-    });
-
-    let mut lanes = [Lane::default(); LANES];
-    let mut inbox = Inbox::default();
-    // Lanes with a ray, with a new cell, and with a new ray.
-    let mut alive = 0u64;
-    let mut fresh = 0u64;
-    for lane in 0..LANES {
-        if let Some((ray, stretch)) = queue.start(shared, &mut pixels, &mut work) {
-            inbox.put_cell(shared, lane, &ray, &stretch);
-            lanes[lane] = ray;
-            alive |= 1 << lane;
-            fresh |= 1 << lane;
-        }
-    }
-    let mut started = fresh;
+    let deepest = f32x8::splat(simd, rule.deepest);
+    let stop_depth = f32x8::splat(simd, shared.stop_depth);
 
     // The cubic in powers of τ, the share of the way through the cell.
     let mut cubic = [zero; 4];
     let mut extremes = [one; 2];
     let mut tau = one;
     let mut length = zero;
-    let mut light = [[zero; 2]; 3];
-    let mut depth = [zero; 2];
-    while alive != 0 {
-        if fresh != 0 {
-            let is_fresh = mask(fresh);
-            if started != 0 {
-                let is_started = mask(started);
-                for sum in light.iter_mut().chain([&mut depth]) {
-                    for part in sum {
-                        *part = is_started.select(zero, *part);
-                    }
+    // Light and depth with their compensations.
+    let mut sums = [[zero; 2]; 4];
+    while desk.alive != 0 {
+        if desk.fresh != 0 {
+            let is_fresh = mask32x8::from_bitmask(simd, desk.fresh);
+            if desk.started != 0 {
+                let is_started = mask32x8::from_bitmask(simd, desk.started);
+                for sum in sums.iter_mut().flatten() {
+                    *sum = is_started.select(zero, *sum);
                 }
-                started = 0;
             }
-            let (new, turns) = power_form(simd, &inbox, shared.table);
+            let (new, turns) = power_form(simd, &desk.inbox, shared.table);
             for i in 0..4 {
                 cubic[i] = is_fresh.select(new[i], cubic[i]);
             }
@@ -223,36 +292,21 @@ fn march<S: Simd>(simd: S, shared: &Shared, square: Square) -> (Vec<Pixel>, Work
                 extremes[i] = is_fresh.select(turns[i], extremes[i]);
             }
             tau = is_fresh.select(zero, tau);
-            length = is_fresh.select(f32x8::load_array_ref(simd, &inbox.length), length);
+            length = is_fresh.select(load(simd, &desk.inbox.length), length);
             let flat = (new[1].simd_eq(zero) & new[2].simd_eq(zero)) & new[3].simd_eq(zero);
-            let flat = flat.to_bitmask();
-            let scalars = cubic[0].to_array();
-            let mut bits = fresh;
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                if flat >> lane & 1 == 1
-                    && let Some(row) = shared.table.step(inbox.corners[0][lane])
-                {
-                    inbox.put_row(lane, row);
-                    continue;
-                }
-                let index = shared.table.find(scalars[lane]);
-                inbox.index[lane] = index;
-                inbox.put_row(lane, shared.table.row(index));
-            }
+            desk.find_rows(flat.to_bitmask(), &cubic[0].to_array());
+            (desk.fresh, desk.started) = (0, 0);
         }
-        let row = |column: usize| f32x8::load_array_ref(simd, &inbox.rows[column]);
+        let rows = &desk.inbox.rows;
 
         // To the next extreme or to the end of the cell.
         let before_first = tau.simd_lt(extremes[0]);
         let before_second = tau.simd_lt(extremes[1]);
         let turn = before_first.select(extremes[0], before_second.select(extremes[1], one));
-        let [c0, c1, c2, c3] = cubic;
-        let at = |t: f32x8<S>| c3.mul_add(t, c2).mul_add(t, c1).mul_add(t, c0);
-        let (front, back) = (at(tau), at(turn));
+        let [_, c1, c2, c3] = cubic;
+        let (front, back) = (at(&cubic, tau), at(&cubic, turn));
         // To the knot, if one is before that.
-        let (low, high) = (row(0), row(1));
+        let (low, high) = (load(simd, &rows[0]), load(simd, &rows[1]));
         let rises = back.simd_ge(front);
         let crosses = (rises & back.simd_gt(high)) | (!rises & back.simd_lt(low));
         let mut until = turn;
@@ -264,99 +318,73 @@ fn march<S: Simd>(simd: S, shared: &Shared, square: Square) -> (Vec<Pixel>, Work
         let mut step = until - tau;
 
         // x in powers of the way behind τ.
-        let inverse = row(2);
+        let inverse = load(simd, &rows[2]);
         let x0 = ((front - low) * inverse).max(zero).min(one);
         let slope = (c3 * 3.0).mul_add(tau, c2 * 2.0).mul_add(tau, c1);
         let bend = (c3 * 3.0).mul_add(tau, c2);
         let (x1, x2, x3) = (slope * inverse, bend * inverse, c3 * inverse);
 
+        let mut limited = mask32x8::splat(simd, false);
         if model == OpticalModel::MaximumIntensity {
-            let end = x3.mul_add(step, x2).mul_add(step, x1).mul_add(step, x0);
-            let end = end.max(zero).min(one);
-            for channel in 0..3 {
-                let (color, change) = (row(5 + 2 * channel), row(6 + 2 * channel));
+            let end = at(&[x0, x1, x2, x3], step).max(zero).min(one);
+            for (channel, sum) in sums[..3].iter_mut().enumerate() {
+                let color = load(simd, &rows[5 + 2 * channel]);
+                let change = load(simd, &rows[6 + 2 * channel]);
                 let most = change.mul_add(x0, color).max(change.mul_add(end, color));
-                light[channel][0] = light[channel][0].max(most);
+                sum[0] = sum[0].max(most);
             }
-            let ended = !crosses & turn.simd_ge(one);
-            tau = until;
-            let crossed = crosses.to_bitmask() & alive;
-            next_rows(&mut inbox, shared.table, crossed, rises.to_bitmask());
-            let done = ended.to_bitmask() & alive;
-            fresh = next_cells(
-                shared,
-                &mut lanes,
-                &mut inbox,
-                &mut queue,
-                &mut pixels,
-                &mut work,
-                (done, 0),
-                (&mut alive, &mut started),
-                (&light, &depth),
-            );
-            continue;
-        }
-
-        // To the depth for which the rule serves.
-        let (e0, de) = (row(3), row(4));
-        let mut limited = mask(0);
-        if absorbs && weighs {
-            let near = de.mul_add(x0, e0);
-            for _ in 0..40 {
-                let x = x3.mul_add(step, x2).mul_add(step, x1).mul_add(step, x0);
-                let most = near.max(de.mul_add(x, e0)) * (length * step);
-                let is_deep = most.simd_gt(deepest);
-                if !is_deep.any_true() {
-                    break;
+        } else {
+            // To the depth for which the rule serves.
+            let (e0, de) = (load(simd, &rows[3]), load(simd, &rows[4]));
+            if absorbs && weighs {
+                let near = de.mul_add(x0, e0);
+                for _ in 0..40 {
+                    let x = at(&[x0, x1, x2, x3], step);
+                    let most = near.max(de.mul_add(x, e0)) * (length * step);
+                    let is_deep = most.simd_gt(deepest);
+                    if !is_deep.any_true() {
+                        break;
+                    }
+                    limited |= is_deep;
+                    step = is_deep.select(step * 0.5, step);
                 }
-                limited |= is_deep;
-                step = is_deep.select(step * 0.5, step);
             }
-        }
-
-        // x and g in powers of u.
-        let (step2, span) = (step * step, length * step);
-        let (x1, x2, x3) = (x1 * step, x2 * step2, x3 * (step2 * step));
-        let scale = de * span;
-        let (g0, g1) = (scale.mul_add(x0, e0 * span), scale * x1);
-        let (g2, g3) = (scale * x2, scale * x3);
-        let (d1, d2, d3) = (g1 * 0.5, g2 * (1.0 / 3.0), g3 * 0.25);
-        let part = ((g0 + d1) + (d2 + d3)).max(zero);
-
-        let (mut all, mut far) = (part, zero);
-        match model {
-            OpticalModel::Absorption => {}
-            OpticalModel::Emission if !is_cued => {
+            // x and g in powers of u.
+            let (step2, span) = (step * step, length * step);
+            let x = [x0, x1 * step, x2 * step2, x3 * (step2 * step)];
+            let scale = de * span;
+            let g0 = scale.mul_add(x0, e0 * span);
+            let g = [g0, scale * x[1], scale * x[2], scale * x[3]];
+            let before = [g0, g[1] * 0.5, g[2] * (1.0 / 3.0), g[3] * 0.25];
+            let depth = ((before[0] + before[1]) + (before[2] + before[3])).max(zero);
+            let (mut all, mut far) = (depth, zero);
+            if model == OpticalModel::Emission && !is_cued {
                 // ∫ x g, of degree 6.
-                far = moment([x0, x1, x2, x3], [g0, g1, g2, g3])
-                    .max(zero)
-                    .min(part);
-            }
-            _ => {
-                let opacity = if absorbs { opacity(simd, part) } else { part };
+                far = moment(x, g).max(zero).min(depth);
+            } else if model != OpticalModel::Absorption {
+                let opacity = if absorbs { opacity(simd, depth) } else { depth };
                 all = opacity;
-                if weighs || is_cued {
+                if weighs {
                     let (cue, fall) = match is_cued {
                         true => {
-                            let [at, fall] = inbox.cue.map(|cue| f32x8::load_array(simd, cue));
-                            (fall.mul_add(tau, at), fall * step)
+                            let near = load(simd, &desk.inbox.cue[0]);
+                            let fall = load(simd, &desk.inbox.cue[1]);
+                            (fall.mul_add(tau, near), fall * step)
                         }
                         false => (one, zero),
                     };
                     let mut cued = zero;
                     for &[u, weight] in rule.nodes {
-                        let x = ((x3 * u + x2) * u + x1) * u + x0;
-                        let g = ((g3 * u + g2) * u + g1) * u + g0;
-                        let mut light = g * weight;
+                        let place = f32x8::splat(simd, u);
+                        let mut light = at(&g, place) * weight;
                         if absorbs {
-                            let before = (((d3 * u + d2) * u + d1) * u + g0) * u;
-                            light *= exp(simd, -before);
+                            light *= exp(simd, -(at(&before, place) * u));
                         }
                         if is_cued {
                             light *= fall * u + cue;
                             cued += light;
                         }
-                        far = light.mul_add(x, far);
+                        far = light.mul_add(at(&x, place), far);
                     }
                     if is_cued {
                         all = cued.max(zero).min(opacity);
@@ -364,111 +392,39 @@ fn march<S: Simd>(simd: S, shared: &Shared, square: Square) -> (Vec<Pixel>, Work
                     far = far.max(zero).min(all);
                 }
             }
-        }
-        if model != OpticalModel::Absorption {
-            let passed = match absorbs {
-                true => exp(simd, -depth[0]),
-                false => one,
-            };
-            for (channel, sum) in light.iter_mut().enumerate() {
-                let (color, change) = (row(5 + 2 * channel), row(6 + 2 * channel));
-                add(sum, passed * color.mul_add(all, change * far));
+            if model != OpticalModel::Absorption {
+                let passed = match absorbs {
+                    true => exp(simd, -sums[3][0]),
+                    false => one,
+                };
+                for (channel, sum) in sums[..3].iter_mut().enumerate() {
+                    let color = load(simd, &rows[5 + 2 * channel]);
+                    let change = load(simd, &rows[6 + 2 * channel]);
+                    add(sum, passed * color.mul_add(all, change * far));
+                }
+            }
+            if model != OpticalModel::Emission {
+                add(&mut sums[3], depth);
             }
         }
-        if model != OpticalModel::Emission {
-            add(&mut depth, part);
-        }
 
-        let crossed = crosses & !limited;
-        let ended = !crosses & !limited & turn.simd_ge(one);
         tau = limited.select(tau + step, until);
-        let opaque = depth[0].simd_gt(splat(shared.stop_depth)).to_bitmask() & alive;
-        let crossed = crossed.to_bitmask() & alive & !opaque;
+        let opaque = sums[3][0].simd_gt(stop_depth).to_bitmask() & desk.alive;
+        let crossed = (crosses & !limited).to_bitmask() & desk.alive & !opaque;
         if crossed != 0 {
-            next_rows(&mut inbox, shared.table, crossed, rises.to_bitmask());
+            desk.next_rows(crossed, rises.to_bitmask());
         }
-        let done = ended.to_bitmask() & alive;
-        fresh = 0;
+        let ended = turn.simd_ge(one) & !crosses & !limited;
+        let done = ended.to_bitmask() & desk.alive;
         if done | opaque != 0 {
-            fresh = next_cells(
-                shared,
-                &mut lanes,
-                &mut inbox,
-                &mut queue,
-                &mut pixels,
-                &mut work,
-                (done, opaque),
-                (&mut alive, &mut started),
-                (&light, &depth),
-            );
-        }
-    }
-    (pixels, work)
-}
-
-/// Moves lanes that crossed a knot to the row on its other side.
-#[inline(always)]
-fn next_rows(inbox: &mut Inbox, table: &Table, crossed: u64, rises: u64) {
-    let mut bits = crossed;
-    while bits != 0 {
-        let lane = bits.trailing_zeros() as usize;
-        bits &= bits - 1;
-        // The outermost rows reach beyond every scalar.
-        inbox.index[lane] = match rises >> lane & 1 {
-            1 => inbox.index[lane] + 1,
-            _ => inbox.index[lane] - 1,
-        };
-        inbox.put_row(lane, table.row(inbox.index[lane]));
-    }
-}
-
-/// Gives lanes whose cell is done the next one, and those whose ray is done the next ray.
-/// Returns which have a new cell.
-#[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "one step of one loop")]
-fn next_cells<S: Simd>(
-    shared: &Shared,
-    lanes: &mut [Lane; LANES],
-    inbox: &mut Inbox,
-    queue: &mut Queue,
-    pixels: &mut [Pixel],
-    work: &mut Work,
-    (done, opaque): (u64, u64),
-    (alive, started): (&mut u64, &mut u64),
-    (light, depth): (&[[f32x8<S>; 2]; 3], &[f32x8<S>; 2]),
-) -> u64 {
-    let mut fresh = 0;
-    let mut bits = done | opaque;
-    while bits != 0 {
-        let lane = bits.trailing_zeros() as usize;
-        bits &= bits - 1;
-        work.visits += 1;
-        let ray = &mut lanes[lane];
-        let next = match opaque >> lane & 1 {
-            1 => None,
-            _ => ray.walk.next(shared.tree),
-        };
-        if let Some(stretch) = next {
-            inbox.put_cell(shared, lane, ray, &stretch);
-            fresh |= 1 << lane;
-            continue;
-        }
-        let sum = |sum: &[f32x8<S>; 2]| f64::from(sum[0][lane]) - f64::from(sum[1][lane]);
-        let color = DVec3::new(sum(&light[0]), sum(&light[1]), sum(&light[2]));
-        let pixel = shared.finish.pixel(color, sum(depth));
-        pixels[ray.pixel as usize] = (pixel, f32::INFINITY);
-        work.skipped += ray.walk.skipped;
-        match queue.start(shared, pixels, work) {
-            Some((ray, stretch)) => {
-                inbox.put_cell(shared, lane, &ray, &stretch);
-                lanes[lane] = ray;
-                fresh |= 1 << lane;
-                *started |= 1 << lane;
+            let mut numbers: Sums = Default::default();
+            for (array, sum) in numbers.iter_mut().flatten().zip(sums.iter().flatten()) {
+                sum.store_slice(array);
             }
-            None => *alive &= !(1 << lane),
+            desk.next_cells(done, opaque, &numbers);
         }
     }
-    fresh
+    (desk.pixels, desk.work)
 }
 
 /// Adds to a compensated sum; its second number is what the first has too much.
@@ -484,30 +440,20 @@ fn add<S: Simd>(sum: &mut [f32x8<S>; 2], term: f32x8<S>) {
 /// by increasing τ, 1 where there is none.
 #[inline(always)]
 fn power_form<S: Simd>(simd: S, inbox: &Inbox, table: &Table) -> ([f32x8<S>; 4], [f32x8<S>; 2]) {
-    let load = |numbers: &[f32; LANES]| f32x8::load_array_ref(simd, numbers);
     let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
-    let (half, base, unit) = (table.half, table.base, table.unit);
-    let scalar = |i: usize| {
-        let mapped = (load(&inbox.corners[i]) * half - base) * unit;
-        mapped
-            .max(f32x8::splat(simd, -HUGE))
-            .min(f32x8::splat(simd, HUGE))
-    };
-    let s: [f32x8<S>; 8] = [0, 1, 2, 3, 4, 5, 6, 7].map(
-        #[inline(always)]
-        |i| scalar(i),
-    );
-    let place = |numbers: &[f32; LANES]| load(numbers).max(zero).min(one);
-    let [x, y, z] = [
-        place(&inbox.entry[0]),
-        place(&inbox.entry[1]),
-        place(&inbox.entry[2]),
-    ];
-    let [dx, dy, dz] = [
-        place(&inbox.exit[0]) - x,
-        place(&inbox.exit[1]) - y,
-        place(&inbox.exit[2]) - z,
-    ];
+    let mut s = [zero; 8];
+    for (scalar, samples) in s.iter_mut().zip(&inbox.corners) {
+        let mapped = (load(simd, samples) * table.half - table.base) * table.unit;
+        let mapped = mapped.max(f32x8::splat(simd, -HUGE));
+        *scalar = mapped.min(f32x8::splat(simd, HUGE));
+    }
+    let (mut entry, mut exit) = ([zero; 3], [zero; 3]);
+    for axis in 0..3 {
+        entry[axis] = load(simd, &inbox.entry[axis]).max(zero).min(one);
+        exit[axis] = load(simd, &inbox.exit[axis]).max(zero).min(one);
+    }
+    let [x, y, z] = entry;
+    let (dx, dy, dz) = (exit[0] - x, exit[1] - y, exit[2] - z);
     // s = s₀ + kx x + ky y + kz z + kxy x y + … + kxyz x y z.
     let (kx, ky, kz) = (s[1] - s[0], s[2] - s[0], s[4] - s[0]);
     let kxy = (s[3] - s[2]) - kx;
@@ -536,9 +482,10 @@ fn power_form<S: Simd>(simd: S, inbox: &Inbox, table: &Table) -> ([f32x8<S>; 4],
     let root = discriminant.max(zero).sqrt();
     let q = -(c2 + root.copysign(c2));
     let (r1, r2) = (q / triple, c1 / q);
-    let is_inside = |r: f32x8<S>| (discriminant.simd_gt(zero) & r.simd_gt(zero)) & r.simd_lt(one);
-    let r1 = is_inside(r1).select(r1, one);
-    let r2 = is_inside(r2).select(r2, one);
+    let turns = discriminant.simd_gt(zero);
+    let is_first = turns & r1.simd_gt(zero) & r1.simd_lt(one);
+    let is_second = turns & r2.simd_gt(zero) & r2.simd_lt(one);
+    let (r1, r2) = (is_first.select(r1, one), is_second.select(r2, one));
     ([c0, c1, c2, c3], [r1.min(r2), r1.max(r2)])
 }
 
@@ -550,12 +497,13 @@ fn power_form<S: Simd>(simd: S, inbox: &Inbox, table: &Table) -> ([f32x8<S>; 4],
 #[inline(always)]
 fn root<S: Simd>(
     simd: S,
-    [c0, c1, c2, c3]: &[f32x8<S>; 4],
+    cubic: &[f32x8<S>; 4],
     knot: f32x8<S>,
     [from, to]: [f32x8<S>; 2],
     ends: [f32x8<S>; 2],
     wanted: mask32x8<S>,
 ) -> f32x8<S> {
+    let [_, c1, c2, c3] = *cubic;
     // A place in [0, 1] has no more digits.
     let near = f32x8::splat(simd, 6e-8);
     let (mut low, mut high) = (from, to);
@@ -565,9 +513,8 @@ fn root<S: Simd>(
     let mut t = share.mul_add(to - from, from).min(to);
     let mut open = wanted;
     for _ in 0..40 {
-        let value = c3.mul_add(t, *c2).mul_add(t, *c1).mul_add(t, *c0);
-        let excess = (value - knot) * sign;
-        let slope = (*c3 * 3.0).mul_add(t, *c2 * 2.0).mul_add(t, *c1) * sign;
+        let excess = (at(cubic, t) - knot) * sign;
+        let slope = (c3 * 3.0).mul_add(t, c2 * 2.0).mul_add(t, c1) * sign;
         let is_before = excess.simd_lt(0.0);
         low = is_before.select(t, low);
         high = is_before.select(high, t);
@@ -587,12 +534,26 @@ fn root<S: Simd>(
 /// ∫₀¹ of the product of two cubics.
 #[inline(always)]
 fn moment<S: Simd>(x: [f32x8<S>; 4], g: [f32x8<S>; 4]) -> f32x8<S> {
-    let row = |i: usize| {
-        let weight = |j: usize| 1.0 / (i + j + 1) as f32;
-        let sum = (g[0] * weight(0) + g[1] * weight(1)) + (g[2] * weight(2) + g[3] * weight(3));
-        x[i] * sum
-    };
-    (row(0) + row(1)) + (row(2) + row(3))
+    let mut sum = x[0] - x[0];
+    for (i, x) in x.into_iter().enumerate() {
+        let mut row = g[0] * (1.0 / (i + 1) as f32);
+        for (j, g) in g.into_iter().enumerate().skip(1) {
+            row += g * (1.0 / (i + j + 1) as f32);
+        }
+        sum += x * row;
+    }
+    sum
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, numbers: &[f32; LANES]) -> f32x8<S> {
+    f32x8::load_array_ref(simd, numbers)
+}
+
+/// A cubic in powers, at `t`.
+#[inline(always)]
+fn at<S: Simd>([c0, c1, c2, c3]: &[f32x8<S>; 4], t: f32x8<S>) -> f32x8<S> {
+    c3.mul_add(t, *c2).mul_add(t, *c1).mul_add(t, *c0)
 }
 
 /// 1 − e^(−m) for m ≥ 0, relative to 2⁻²² where m is small: up to 1, m times the polynomial of

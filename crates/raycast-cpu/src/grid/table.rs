@@ -1,7 +1,7 @@
 //! A transfer function in f32, as packets of rays read it.
 
+use tetrascope_core::Appearance;
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::{Appearance, OpticalModel};
 use tetrascope_f32::knots::{KnotPair, knot_pairs};
 use tetrascope_f32::{Normalization, ScalarMap};
 
@@ -175,8 +175,13 @@ impl Table {
             .iter()
             .flat_map(|row| [5, 7, 9].map(|column| row[column].max(row[column] + row[column + 1])));
         let brightest = brightest.fold(0.0, f32::max);
-        // An error of the far color's weight counts as much as the color changes.
-        let allowed = tolerance * f64::from(brightest / change.max(f32::MIN_POSITIVE));
+        // An error of the far color's weight counts as much as the color changes; under a cue the
+        // sum of both weights is by quadrature, too.
+        let counts = match appearance.depth_cue {
+            None => change.max(f32::MIN_POSITIVE),
+            Some(_) => brightest.max(f32::MIN_POSITIVE),
+        };
+        let allowed = tolerance * f64::from(brightest / counts);
         let rule = RULES.iter().find(|rule| rule.error <= allowed);
         Table {
             buckets: buckets.collect(),
@@ -186,9 +191,7 @@ impl Table {
             base: map.low() as f32 * half,
             unit: map.unit() as f32 / half,
             rule: rule.unwrap_or(&RULES[RULES.len() - 1]),
-            is_colored: change > 0.0
-                && appearance.optical_model == OpticalModel::EmissionAbsorption
-                || appearance.depth_cue.is_some(),
+            is_colored: change > 0.0,
             rows,
         }
     }

@@ -60,7 +60,6 @@ impl Stretch {
 
 impl Walk {
     /// The way from t = `near` to `far` through `tree`'s cells; `None` if there is none.
-    #[inline(always)]
     pub(crate) fn new(line: Line, tree: &Tree, [near, far]: [f64; 2]) -> Option<Walk> {
         let (mut start, mut end) = (near, far);
         let mut walk = Walk::default();
@@ -119,7 +118,6 @@ impl Walk {
     }
 
     /// The next cell in which something shows.
-    #[inline(always)]
     pub(crate) fn next(&mut self, tree: &Tree) -> Option<Stretch> {
         while self.t < self.end {
             let cell = [0, 1, 2].map(|axis| self.cell[axis] ^ self.flip[axis]);
