@@ -29,6 +29,9 @@ use super::walk::{Line, Stretch, Walk};
 /// Rays of a packet.
 const LANES: usize = 8;
 
+/// In place of the number of a row of the table.
+const NO_ROW: u32 = u32::MAX;
+
 /// Mapped scalars beyond this are as good as infinite, and products of a few still fit f32.
 const HUGE: f32 = 1e30;
 
@@ -147,6 +150,7 @@ impl<'a> Desk<'a> {
             fresh: 0,
             started: 0,
         };
+        desk.inbox.index = [NO_ROW; LANES];
         for lane in 0..LANES {
             desk.start(lane);
         }
@@ -194,11 +198,14 @@ impl<'a> Desk<'a> {
                 && let Some(row) = table.step(self.inbox.corners[0][lane])
             {
                 self.inbox.put_row(lane, row);
+                self.inbox.index[lane] = NO_ROW;
                 continue;
             }
             let index = table.find(scalars[lane]);
-            self.inbox.index[lane] = index;
-            self.inbox.put_row(lane, table.row(index));
+            if self.inbox.index[lane] != index {
+                self.inbox.index[lane] = index;
+                self.inbox.put_row(lane, table.row(index));
+            }
         }
     }
 
