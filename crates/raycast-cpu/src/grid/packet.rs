@@ -238,10 +238,9 @@ impl<'a> Desk<'a> {
                 self.fresh |= 1 << lane;
                 continue;
             }
-            let [r, g, b, depth] = sums.each_ref().map(|[sum, excess]| {
-                // What the sum has too much.
-                f64::from(sum[lane]) - f64::from(excess[lane])
-            });
+            let [r, g, b, depth] = sums
+                .each_ref()
+                .map(|[sum, excess]| f64::from(sum[lane]) - f64::from(excess[lane]));
             let pixel = self.shared.finish.pixel(DVec3::new(r, g, b), depth);
             self.pixels[ray.pixel as usize] = (pixel, f32::INFINITY);
             self.work.skipped += ray.walk.skipped;
@@ -367,7 +366,7 @@ pub(crate) fn draw<S: Simd>(simd: S, shared: &Shared, square: Square) -> (Vec<Pi
             let (mut all, mut far) = (depth, zero);
             if model == OpticalModel::Emission && !is_cued {
                 // ∫ x g, of degree 6.
-                far = moment(x, g).max(zero).min(depth);
+                far = moment(simd, x, g).max(zero).min(depth);
             } else if model != OpticalModel::Absorption {
                 let opacity = if absorbs { opacity(simd, depth) } else { depth };
                 all = opacity;
@@ -540,8 +539,8 @@ fn root<S: Simd>(
 
 /// ∫₀¹ of the product of two cubics.
 #[inline(always)]
-fn moment<S: Simd>(x: [f32x8<S>; 4], g: [f32x8<S>; 4]) -> f32x8<S> {
-    let mut sum = x[0] - x[0];
+fn moment<S: Simd>(simd: S, x: [f32x8<S>; 4], g: [f32x8<S>; 4]) -> f32x8<S> {
+    let mut sum = f32x8::splat(simd, 0.0);
     for (i, x) in x.into_iter().enumerate() {
         let mut row = g[0] * (1.0 / (i + 1) as f32);
         for (j, g) in g.into_iter().enumerate().skip(1) {

@@ -142,14 +142,7 @@ impl Walk {
                     }
                 };
             }
-            let [x, y, z] = self.leaves;
-            let (axis, leaves) = if x <= y && x <= z {
-                (0, x)
-            } else if y <= z {
-                (1, y)
-            } else {
-                (2, z)
-            };
+            let (axis, leaves) = least(self.leaves);
             let (t_in, t_out) = (self.t, leaves.min(self.end));
             self.t = self.t.max(leaves);
             let next = self.cell[axis] + 1;
@@ -178,25 +171,21 @@ impl Walk {
     /// Passes over a cube of `blocks` blocks, each of 2^`shift` cells, whose first is that of the
     /// present cell.
     fn leap(&mut self, shift: u32, blocks: u32) {
-        let mut plane = [0; 3];
-        let mut leaves = f64::INFINITY;
-        let mut across = 0;
-        for axis in 0..3 {
-            plane[axis] = ((self.cell[axis] >> shift) + blocks) << shift;
-            let t = self.crosses(axis, plane[axis]);
-            if t < leaves {
-                (leaves, across) = (t, axis);
-            }
-        }
+        let plane = self.cell.map(|cell| ((cell >> shift) + blocks) << shift);
+        let (across, leaves) = least([
+            self.crosses(0, plane[0]),
+            self.crosses(1, plane[1]),
+            self.crosses(2, plane[2]),
+        ]);
         let leaves = leaves.max(self.t);
         let until = leaves.min(self.end);
-        for axis in 0..3 {
+        for (axis, plane) in plane.into_iter().enumerate() {
             let before = self.cell[axis];
             let place = self.origin[axis] + until * self.slope[axis];
             // The cast saturates.
-            let mut cell = (place as u32).clamp(before, plane[axis] - 1);
+            let mut cell = (place as u32).clamp(before, plane - 1);
             if axis == across && leaves < self.end {
-                cell = plane[axis];
+                cell = plane;
             }
             self.cell[axis] = cell;
             self.skipped += u64::from(cell - before);
@@ -207,4 +196,12 @@ impl Walk {
             false => leaves,
         };
     }
+}
+
+/// Which of three numbers is the least, and that number. Without branches, as which one it is
+/// cannot be foretold.
+#[inline(always)]
+fn least([x, y, z]: [f64; 3]) -> (usize, f64) {
+    let (other, second) = (1 + usize::from(z < y), y.min(z));
+    (other * usize::from(second < x), x.min(second))
 }
