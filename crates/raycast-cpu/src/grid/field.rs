@@ -50,22 +50,29 @@ impl Field {
     #[inline(always)]
     pub(crate) fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
         let first = self.first(cell);
+        let (row, layer) = (self.offsets[2], self.offsets[4]);
+        let one = self.offsets[1];
         #[inline(always)]
-        fn of<T: Copy>(
+        fn of<T: Copy + Into<f32>>(
             samples: &[T],
             first: usize,
-            offsets: &[usize; 8],
-            single: impl Fn(T) -> f32,
+            [one, row, layer]: [usize; 3],
         ) -> [f32; 8] {
-            // One check of bounds: no offset is greater than the last.
-            let samples = &samples[first..first + offsets[7] + 1];
-            offsets.map(|offset| single(samples[offset]))
+            // One check of bounds for each pair.
+            let pair = |at: usize| {
+                let pair = &samples[at..=at + one];
+                (pair[0].into(), pair[one].into())
+            };
+            let ((a, b), (c, d)) = (pair(first), pair(first + row));
+            let ((e, f), (g, h)) = (pair(first + layer), pair(first + layer + row));
+            [a, b, c, d, e, f, g, h]
         }
+        let steps = [one, row, layer];
         match self.grid.samples() {
-            Samples::U8(v) => of(v, first, &self.offsets, f32::from),
-            Samples::U16(v) => of(v, first, &self.offsets, f32::from),
-            Samples::I16(v) => of(v, first, &self.offsets, f32::from),
-            Samples::F32(v) => of(v, first, &self.offsets, |s| s),
+            Samples::U8(v) => of(v, first, steps),
+            Samples::U16(v) => of(v, first, steps),
+            Samples::I16(v) => of(v, first, steps),
+            Samples::F32(v) => of(v, first, steps),
             other => self.offsets.map(|offset| other.get(first + offset) as f32),
         }
     }

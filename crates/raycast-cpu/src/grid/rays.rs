@@ -74,6 +74,11 @@ impl<'a> Rays<'a> {
         self.forward
     }
 
+    /// Whether light fades with depth.
+    pub(crate) fn is_cued(&self) -> bool {
+        self.cue.is_some()
+    }
+
     /// The ray through the center of a pixel, as [`View::ray`] has it.
     #[inline(always)]
     pub(crate) fn ray(&self, column: u32, row: u32) -> PixelRay {

@@ -1,9 +1,11 @@
 //! Bricks of cells: the range of scalars in each, and which cells show in an appearance.
 //!
-//! Four levels, each a block of 4³ of the next: groups of 64³ cells, bricks of 16³, blocks of 4³,
-//! and cells. A level is a word of 64 bits for each block, of which one says whether anything
-//! shows in a part of it. Ranges of bricks are kept from appearance to appearance; cells are
-//! looked at only in bricks whose range shows, and bricks in which nothing does have no words.
+//! Three levels: bricks of 16³ cells, blocks of 4³, and cells. A brick has a word with a bit for
+//! each of its blocks, which says whether anything shows there, and each block one for its cells.
+//! Ranges of bricks are kept from appearance to appearance; cells are looked at only in bricks
+//! whose range shows, and bricks in which nothing does have no words. These say how far a ray may
+//! leap: for each of the eight octants of directions, the side of the greatest cube of bricks in
+//! which nothing shows that begins there.
 
 use rayon::prelude::*;
 use tetrascope_core::Error;
@@ -37,17 +39,26 @@ struct Brick {
     words: u32,
 }
 
+/// What is around a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Look {
+    /// Which cells of its block show; see [`bit`].
+    Cells(u64),
+    /// Nothing shows in a cube of so many blocks of 2^`shift` cells along each axis.
+    Nothing { shift: u32, blocks: u32 },
+}
+
 /// The ranges of a grid's bricks, and what of it shows.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     cells: [u32; 3],
-    /// A power of two that is at least 64 and as many as the most cells along an axis.
+    /// A power of two that is at least 16 and as many as the most cells along an axis.
     side: u32,
     bricks_along: [usize; 3],
-    groups_along: [usize; 3],
     ranges: Vec<Range>,
-    groups: Vec<u64>,
     bricks: Vec<Brick>,
+    /// For each brick, how many bricks a ray of each octant may leap; 0 where something shows.
+    leaps: [Vec<u8>; 8],
     /// Which cells show, by block.
     words: Vec<u64>,
 }
@@ -67,17 +78,15 @@ impl Tree {
             });
         }
         let bricks_along = field.cells.map(|cells| cells.div_ceil(BRICK));
-        let groups_along = bricks_along.map(|bricks| bricks.div_ceil(4));
         let count = bricks_along.iter().product::<usize>();
         let range = |index: usize| Range::new(field, &Box16::new(field, bricks_along, index));
         Ok(Tree {
             cells: field.cells.map(|cells| cells as u32),
-            side: (most as u32).next_power_of_two().max(64),
+            side: (most as u32).next_power_of_two().max(16),
             bricks_along,
-            groups_along,
             ranges: (0..count).into_par_iter().map(range).collect(),
-            groups: Vec::new(),
             bricks: Vec::new(),
+            leaps: Default::default(),
             words: Vec::new(),
         })
     }
@@ -96,10 +105,9 @@ impl Tree {
                 words_of(field, &Box16::new(field, along, index), shows)
             })
             .collect();
-        self.groups = vec![0; self.groups_along.iter().product()];
         self.bricks.clear();
         self.words.clear();
-        for (index, (blocks, words)) in found.into_iter().enumerate() {
+        for (blocks, words) in found {
             let mut brick = Brick {
                 blocks,
                 words: EMPTY,
@@ -107,12 +115,12 @@ impl Tree {
             if blocks != 0 {
                 brick.words = (self.words.len() / 64) as u32;
                 self.words.extend(words);
-                let place = places(index, along);
-                let group = index_of(place.map(|p| p / 4), self.groups_along);
-                self.groups[group] |= 1 << bit(place.map(|p| p as u32));
             }
             self.bricks.push(brick);
         }
+        let bricks = &self.bricks;
+        let octants = self.leaps.par_iter_mut().enumerate();
+        octants.for_each(|(octant, leaps)| *leaps = leaps_of(bricks, along, octant));
     }
 
     /// Cells along each axis.
@@ -127,37 +135,74 @@ impl Tree {
         self.side
     }
 
-    /// Whether anything shows in a cell, and else the largest block around it in which nothing
-    /// does: the logarithm of its side to the base of two.
+    /// What is around a cell for a ray of this octant: bit i says that it falls along axis i.
     #[inline(always)]
-    pub(crate) fn look(&self, cell: [u32; 3]) -> (bool, u32) {
-        let group = index_of(cell.map(|c| (c >> 6) as usize), self.groups_along);
-        let bricks = self.groups[group];
-        if bricks >> bit(cell.map(|c| c >> 4)) & 1 == 0 {
-            return (false, if bricks == 0 { 6 } else { 4 });
+    pub(crate) fn look(&self, [x, y, z]: [u32; 3], octant: usize) -> Look {
+        let brick = [(x >> 4) as usize, (y >> 4) as usize, (z >> 4) as usize];
+        let index = index_of(brick, self.bricks_along);
+        let brick = self.bricks[index];
+        if brick.blocks == 0 {
+            return Look::Nothing {
+                shift: 4,
+                blocks: self.leaps[octant][index].into(),
+            };
         }
-        let brick = self.bricks[index_of(cell.map(|c| (c >> 4) as usize), self.bricks_along)];
-        let block = bit(cell.map(|c| c >> 2));
-        if brick.blocks >> block & 1 == 0 {
-            return (false, 2);
+        let block = bit([x >> 2, y >> 2, z >> 2]);
+        match brick.blocks >> block & 1 {
+            0 => Look::Nothing {
+                shift: 2,
+                blocks: 1,
+            },
+            _ => Look::Cells(self.words[brick.words as usize * 64 + block as usize]),
         }
-        let word = self.words[brick.words as usize * 64 + block as usize];
-        (word >> bit(cell) & 1 == 1, 0)
     }
 
     /// Bytes of all that is kept.
     pub(crate) fn bytes(&self) -> u64 {
         let bytes = size_of_val(&self.ranges[..])
-            + size_of_val(&self.groups[..])
+            + 8 * size_of_val(&self.leaps[0][..])
             + size_of_val(&self.bricks[..])
             + size_of_val(&self.words[..]);
         bytes as u64
     }
 }
 
+/// For each brick, the side of the greatest cube of bricks in which nothing shows and of which
+/// this is the first on a ray of this octant; at most 255.
+///
+/// One more than the least side of the seven neighbors ahead. Beyond the grid there is nothing.
+fn leaps_of(bricks: &[Brick], along: [usize; 3], octant: usize) -> Vec<u8> {
+    let mut leaps = vec![0u8; bricks.len()];
+    for step in 0..bricks.len() {
+        // From the far end to the near one along each axis.
+        let place = places(step, along);
+        let place = [0, 1, 2].map(|axis| match octant >> axis & 1 {
+            0 => along[axis] - 1 - place[axis],
+            _ => place[axis],
+        });
+        let index = index_of(place, along);
+        if bricks[index].blocks != 0 {
+            continue;
+        }
+        let ahead = |neighbor: usize| {
+            let mut at = place;
+            for axis in (0..3).filter(|axis| neighbor >> axis & 1 == 1) {
+                at[axis] = match octant >> axis & 1 {
+                    0 => Some(at[axis] + 1).filter(|p| *p < along[axis])?,
+                    _ => at[axis].checked_sub(1)?,
+                };
+            }
+            Some(leaps[index_of(at, along)])
+        };
+        let least = (1..8).map(|n| ahead(n).unwrap_or(u8::MAX)).min();
+        leaps[index] = least.unwrap_or(0).saturating_add(1);
+    }
+    leaps
+}
+
 /// The number of a part in its block of 4³, by its coordinates.
 #[inline(always)]
-fn bit([x, y, z]: [u32; 3]) -> u32 {
+pub(crate) fn bit([x, y, z]: [u32; 3]) -> u32 {
     (x & 3) | (y & 3) << 2 | (z & 3) << 4
 }
 

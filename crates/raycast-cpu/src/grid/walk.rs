@@ -2,7 +2,7 @@
 
 use tetrascope_core::glam::DVec3;
 
-use super::tree::Tree;
+use super::tree::{Look, Tree, bit};
 
 /// A straight line in the space of cells, `origin + t · slope`, t in world units.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,7 +28,13 @@ pub(crate) struct Walk {
     /// The last cell along each axis, mirrored.
     last: [u32; 3],
     flip: [u32; 3],
+    /// Which axes are mirrored, as bits.
+    octant: usize,
     cell: [u32; 3],
+    /// When the present cell is left along each axis.
+    leaves: [f64; 3],
+    /// Which cells show in the present block, once that was looked up.
+    word: Option<u64>,
     t: f64,
     end: f64,
     /// Cells passed over in leaps.
@@ -60,7 +66,6 @@ impl Stretch {
 
 impl Walk {
     /// The way from t = `near` to `far` through `tree`'s cells; `None` if there is none.
-    #[inline(always)]
     pub(crate) fn new(line: Line, tree: &Tree, [near, far]: [f64; 2]) -> Option<Walk> {
         let (mut start, mut end) = (near, far);
         let mut walk = Walk::default();
@@ -96,6 +101,7 @@ impl Walk {
             walk.late[axis] = late;
             walk.last[axis] = if falls { side - 1 } else { cells - 1 };
             walk.flip[axis] = if falls { side - 1 } else { 0 };
+            walk.octant |= usize::from(falls) << axis;
             if late.is_finite() {
                 start = start.max(first * pace + late);
                 end = end.min((first + f64::from(cells)) * pace + late);
@@ -114,56 +120,88 @@ impl Walk {
             let first = last + 1 - tree.cells()[axis];
             // The cast saturates.
             walk.cell[axis] = (place as u32).clamp(first, last);
+            walk.leaves[axis] = walk.crosses(axis, walk.cell[axis] + 1);
         }
         Some(walk)
     }
 
     /// The next cell in which something shows.
-    #[inline(always)]
     pub(crate) fn next(&mut self, tree: &Tree) -> Option<Stretch> {
         while self.t < self.end {
-            let cell = [0, 1, 2].map(|axis| self.cell[axis] ^ self.flip[axis]);
-            let (shows, shift) = tree.look(cell);
-            let inner = (1u32 << shift) - 1;
-            let plane = [0, 1, 2].map(|axis| (self.cell[axis] | inner) + 1);
-            let at = |axis: usize| f64::from(plane[axis]) * self.pace[axis] + self.late[axis];
-            let [x, y, z] = [at(0), at(1), at(2)];
-            let (axis, leaves) = if x <= y && x <= z {
-                (0, x)
-            } else if y <= z {
-                (1, y)
-            } else {
-                (2, z)
-            };
-            let leaves = leaves.max(self.t);
-            let t_in = self.t;
-            self.t = leaves;
-            if shift > 0 {
-                let before = self.cell;
-                let until = leaves.min(self.end);
-                for other in 0..3 {
-                    let place = self.origin[other] + until * self.slope[other];
-                    let far = self.cell[other] | inner;
-                    self.cell[other] = (place as u32).clamp(self.cell[other], far);
-                }
-                if leaves < self.end {
-                    self.cell[axis] = plane[axis];
-                }
-                let passed = [0, 1, 2].map(|i| u64::from(self.cell[i] - before[i]));
-                self.skipped += passed[0] + passed[1] + passed[2];
-            } else {
-                self.cell[axis] = plane[axis];
+            let cell = [
+                self.cell[0] ^ self.flip[0],
+                self.cell[1] ^ self.flip[1],
+                self.cell[2] ^ self.flip[2],
+            ];
+            if self.word.is_none() {
+                self.word = match tree.look(cell, self.octant) {
+                    Look::Cells(word) => Some(word),
+                    Look::Nothing { shift, blocks } => {
+                        self.leap(shift, blocks);
+                        continue;
+                    }
+                };
             }
-            if self.cell[axis] > self.last[axis] {
+            let (axis, leaves) = least(self.leaves);
+            let (t_in, t_out) = (self.t, leaves.min(self.end));
+            self.t = self.t.max(leaves);
+            let next = self.cell[axis] + 1;
+            let shows = self.word.is_some_and(|word| word >> bit(cell) & 1 == 1);
+            if next & 3 == 0 {
+                self.word = None;
+            }
+            if next > self.last[axis] {
                 self.t = f64::INFINITY;
             }
-            if shows {
-                let t_out = leaves.min(self.end);
-                if t_out > t_in {
-                    return Some(Stretch { cell, t_in, t_out });
-                }
+            self.cell[axis] = next;
+            self.leaves[axis] = self.crosses(axis, next + 1);
+            if shows && t_out > t_in {
+                return Some(Stretch { cell, t_in, t_out });
             }
         }
         None
     }
+
+    /// When the plane between cells `plane` − 1 and `plane` is crossed.
+    #[inline(always)]
+    fn crosses(&self, axis: usize, plane: u32) -> f64 {
+        f64::from(plane) * self.pace[axis] + self.late[axis]
+    }
+
+    /// Passes over a cube of `blocks` blocks, each of 2^`shift` cells, whose first is that of the
+    /// present cell.
+    fn leap(&mut self, shift: u32, blocks: u32) {
+        let plane = self.cell.map(|cell| ((cell >> shift) + blocks) << shift);
+        let (across, leaves) = least([
+            self.crosses(0, plane[0]),
+            self.crosses(1, plane[1]),
+            self.crosses(2, plane[2]),
+        ]);
+        let leaves = leaves.max(self.t);
+        let until = leaves.min(self.end);
+        for (axis, plane) in plane.into_iter().enumerate() {
+            let before = self.cell[axis];
+            let place = self.origin[axis] + until * self.slope[axis];
+            // The cast saturates.
+            let mut cell = (place as u32).clamp(before, plane - 1);
+            if axis == across && leaves < self.end {
+                cell = plane;
+            }
+            self.cell[axis] = cell;
+            self.skipped += u64::from(cell - before);
+            self.leaves[axis] = self.crosses(axis, cell + 1);
+        }
+        self.t = match self.cell[across] > self.last[across] {
+            true => f64::INFINITY,
+            false => leaves,
+        };
+    }
+}
+
+/// Which of three numbers is the least, and that number. Without branches, as which one it is
+/// cannot be foretold.
+#[inline(always)]
+fn least([x, y, z]: [f64; 3]) -> (usize, f64) {
+    let (other, second) = (1 + usize::from(z < y), y.min(z));
+    (other * usize::from(second < x), x.min(second))
 }
