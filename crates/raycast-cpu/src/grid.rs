@@ -98,6 +98,12 @@ impl Caster {
         Ok(caster)
     }
 
+    /// Draws with other instructions than the best there are.
+    #[cfg(test)]
+    pub(crate) fn set_level(&mut self, level: Level) {
+        self.level = level;
+    }
+
     pub(crate) fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         self.pieces = Pieces::new(&appearance.transfer_function);
         let shows = Shows::new(appearance, &self.pieces, self.field.fills_cells);

@@ -81,6 +81,12 @@ impl Caster {
         })
     }
 
+    /// Draws with other instructions than the best there are.
+    #[cfg(test)]
+    pub(crate) fn set_level(&mut self, level: Level) {
+        self.level = level;
+    }
+
     pub(crate) fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         let range = self.mesh.domain.scalar_range;
         if !self.mesh.scalar_map.suits_appearance(appearance, range) {

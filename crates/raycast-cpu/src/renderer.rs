@@ -178,3 +178,51 @@ impl VolumeRenderer for RaycastCpu {
         self.draw(view, None)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::Level;
+    use tetrascope_core::{CameraFit, OpticalModel};
+    use tetrascope_testing::{data_set, fitted, grid, ramp, surfaces};
+
+    use super::*;
+
+    /// What every processor of its kind has draws the same as what this one has: vectors of other
+    /// widths, and without fused products.
+    #[test]
+    fn instruction_sets_agree() {
+        let mesh = Volume::Mesh(data_set("torus", Some(3000)));
+        let place = tetrascope_testing::Place::unit(12);
+        let grid = Volume::Grid(grid(&place, |p| (3.0 * p.x).sin() + p.y * p.z));
+        for volume in [mesh, grid] {
+            for model in OpticalModel::ALL {
+                let appearance = Appearance {
+                    optical_model: model,
+                    ..surfaces(&volume, ramp(&volume))
+                };
+                let options = RaycastCpuOptions::default();
+                let mut rays = RaycastCpu::new(&volume, &appearance, &options).expect("a volume");
+                let view = fitted(&volume, CameraFit::PlusIso, false, 48);
+                let wide = rays.render(&view).expect("a frame");
+                match &mut rays.body {
+                    Body::Mesh(caster) => caster.set_level(Level::baseline()),
+                    Body::Grid(caster) => caster.set_level(Level::baseline()),
+                }
+                let narrow = rays.render(&view).expect("a frame");
+                let pairs = wide.pixels.iter().zip(&narrow.pixels);
+                let differs = |(a, b): &(&[f32; 4], &[f32; 4])| {
+                    // Sums of some hundred roundings of numbers up to 2.
+                    (0..4).any(|i| (a[i] - b[i]).abs() > 1e-5)
+                };
+                // A ray within a rounding of a surface's outline may meet it or not.
+                let most = if model == OpticalModel::Isosurfaces {
+                    2
+                } else {
+                    0
+                };
+                let count = pairs.filter(differs).count();
+                assert!(count <= most, "{}: {count} pixels", model.name());
+            }
+        }
+    }
+}
