@@ -97,6 +97,7 @@ fn scene(
             tolerance,
             stop_opacity,
             threads: Some(threads),
+            ..RaycastCpuOptions::default()
         };
         let start = Instant::now();
         let mut renderer = RaycastCpu::new(volume, appearance, &options).expect("it draws all");

@@ -19,7 +19,7 @@ pub struct Random(pub u64);
 
 impl Random {
     /// 32 bits.
-    pub fn next(&mut self) -> u32 {
+    pub fn bits(&mut self) -> u32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
@@ -27,12 +27,12 @@ impl Random {
     }
 
     fn below(&mut self, count: usize) -> usize {
-        self.next() as usize % count
+        self.bits() as usize % count
     }
 
     /// In [−1, 1].
     fn signed(&mut self) -> f64 {
-        f64::from(self.next()) / f64::from(u32::MAX) * 2.0 - 1.0
+        f64::from(self.bits()) / f64::from(u32::MAX) * 2.0 - 1.0
     }
 
     fn vector(&mut self) -> DVec3 {
