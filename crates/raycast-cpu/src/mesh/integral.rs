@@ -261,25 +261,25 @@ fn weights<S: Simd>(simd: S, [a, b]: [S::f32s; 2]) -> (S::f32s, S::f32s) {
     let m = total * splat(0.5);
     let r = (b - a) / total.max(splat(1e-30));
     let (q, mm) = (r * r, m * m);
-    let odd_0 = q.mul_add(splat(1.666664085e-02), splat(-8.333320693e-02));
+    let odd_0 = q.mul_add(splat(1.666_664_1e-2), splat(-8.333_321e-2));
     let odd_2 = q.mul_add(
-        q.mul_add(splat(6.610851054e-05), splat(-3.965941202e-04)),
-        splat(1.388011680e-03),
+        q.mul_add(splat(6.610_851_4e-5), splat(-3.965_941e-4)),
+        splat(1.388_011_7e-3),
     );
     let odd_4 = q.mul_add(
         q.mul_add(
-            q.mul_add(splat(1.120811580e-07), splat(-1.922933438e-06)),
-            splat(9.468718452e-06),
+            q.mul_add(splat(1.120_811_6e-7), splat(-1.922_933_5e-6)),
+            splat(9.468_718e-6),
         ),
-        splat(-3.151067489e-05),
+        splat(-3.151_067_4e-5),
     );
     let odd = mm.mul_add(mm.mul_add(odd_4, odd_2), odd_0);
-    let even_2 = q.mul_add(splat(1.190191193e-03), splat(-2.777022709e-03));
+    let even_2 = q.mul_add(splat(1.190_191_1e-3), splat(-2.777_022_8e-3));
     let even_4 = q.mul_add(
-        q.mul_add(splat(2.932028353e-06), splat(-3.200546875e-05)),
-        splat(6.386194648e-05),
+        q.mul_add(splat(2.932_028_3e-6), splat(-3.200_546_8e-5)),
+        splat(6.386_194_6e-5),
     );
-    let even = mm.mul_add(mm.mul_add(even_4, even_2), splat(1.666666402e-01));
+    let even = mm.mul_add(mm.mul_add(even_4, even_2), splat(1.666_666_4e-1));
     let back = m.mul_add(odd, r.mul_add(even, splat(0.5)));
     let alpha = thin_opacity(simd, m);
     (alpha, alpha * back)
@@ -290,13 +290,13 @@ fn weights<S: Simd>(simd: S, [a, b]: [S::f32s; 2]) -> (S::f32s, S::f32s) {
 #[inline(always)]
 fn thin_opacity<S: Simd>(simd: S, m: S::f32s) -> S::f32s {
     let splat = |value: f32| S::f32s::splat(simd, value);
-    let mut sum = splat(1.291868684e-04);
+    let mut sum = splat(1.291_868_7e-4);
     for coefficient in [
-        -1.301107346e-03,
-        8.275879547e-03,
-        -4.164704308e-02,
-        1.666634530e-01,
-        -4.999997914e-01,
+        -1.301_107_3e-3,
+        8.275_88e-3,
+        -4.164_704_3e-2,
+        1.666_634_5e-1,
+        -4.999_998e-1,
         1.0,
     ] {
         sum = sum.mul_add(m, splat(coefficient));
@@ -309,7 +309,7 @@ fn thin_opacity<S: Simd>(simd: S, m: S::f32s) -> S::f32s {
 #[inline(always)]
 fn cued_weights<S: Simd>(simd: S, [a, b]: [S::f32s; 2]) -> [S::f32s; 3] {
     const NODES: [(f32, f32); 6] = [
-        (0.033_765_243, 0.085_662_246),
+        (0.033_765_24, 0.085_662_246),
         (0.169_395_31, 0.180_380_79),
         (0.380_690_4, 0.233_956_97),
         (0.619_309_6, 0.233_956_97),

@@ -189,9 +189,9 @@ pub(super) fn walk<S: Simd, const MODEL: u8>(
             put_aside(simd, lanes, &mut gathered);
         }
         if MODEL == EMISSION_ABSORPTION {
-            stopped = stopped | gathered.transmittance.simd_lt(least_transmittance);
+            stopped |= gathered.transmittance.simd_lt(least_transmittance);
         }
-        stopped = stopped | seen.simd_ge(end);
+        stopped |= seen.simd_ge(end);
         let is_out = load_ids(simd, &lanes.cell).simd_ge(behind_all);
         let ended = stopped | is_out;
         done = 0;
@@ -331,7 +331,7 @@ fn gather<S: Simd, const MODEL: u8>(
         }
     }
     if scene.mesh.has_gaps {
-        is_there = is_there & front.max(back).simd_lt(splat(LEAST_NO_SCALAR));
+        is_there &= front.max(back).simd_lt(splat(LEAST_NO_SCALAR));
         front = is_there.select(front, splat(0.0));
         back = is_there.select(back, splat(0.0));
     }
