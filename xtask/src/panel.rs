@@ -51,8 +51,8 @@ pub struct Panel<'a> {
     pub truth_bound: Option<f64>,
 }
 
-/// Colors and markers there are, in [`mark`] and as classes `s0` to `s5` in `style.css`.
-pub const STYLES: usize = 6;
+/// Colors and markers there are, in [`mark`] and as classes `s0` to `s6` in `style.css`.
+pub const STYLES: usize = 7;
 
 const WIDTH: f64 = 400.0;
 const HEIGHT: f64 = 270.0;
@@ -341,6 +341,7 @@ pub fn mark(algorithm: usize) -> &'static str {
         2 => "<path d=\"M-3.8-3.8H3.8V3.8H-3.8Z\"/>",
         3 => "<path d=\"M0-5.4L5.4 0L0 5.4L-5.4 0Z\"/>",
         4 => "<path d=\"M0 5.2L4.8-3.6H-4.8Z\"/>",
+        5 => "<path d=\"M0-5.2L4.9-1.6L3 4.2H-3L-4.9-1.6Z\"/>",
         _ => "<path d=\"M-1.7-5H1.7V-1.7H5V1.7H1.7V5H-1.7V1.7H-5V-1.7H-1.7Z\"/>",
     }
 }

@@ -354,14 +354,14 @@ fn expected(case: &Case, model: OpticalModel, view: &View) -> Frame {
 /// The reference: half an ulp of f32 in values up to 4 for the pixel and as much
 /// for the expected one, 2 · 2⁻²³.
 ///
-/// On a device every ray decides for itself which cells it crosses, wherever the rasterizer
+/// Elsewhere every ray decides for itself which cells it crosses, wherever the rasterizer
 /// puts their vertices. What is left is f32: ends of segments are known to 2⁻²³ of
 /// the mesh's half diagonal, some 4 roundings each, so that the optical depth of one errs by
 /// σ · √3 · 2⁻²¹; over the 14 cells on the longest ray half of that is gone
 /// by what they share. The root mean square is no greater than a quarter, as errors of
 /// either sign cancel.
 fn tolerance(algorithm: &Algorithm, knots: &[Knot]) -> (f64, f64) {
-    if !algorithm.needs_gpu {
+    if algorithm.is_truth() {
         let rounding = 2.0 / f64::from(1 << 23);
         return (rounding, rounding);
     }

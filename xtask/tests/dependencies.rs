@@ -7,7 +7,7 @@ use serde_json::Value;
 /// Packages by their names without `tetrascope-`: what each may be built with, and what its
 /// tests and benchmarks may use beside that. A rule for a package that does not exist yet
 /// harms nobody.
-const RULES: [(&str, &[&str], &[&str]); 18] = [
+const RULES: [(&str, &[&str], &[&str]); 19] = [
     ("core", &[], &[]),
     ("shaders", &[], &[]),
     ("f32", &["core"], &["shaders", "testing"]),
@@ -15,6 +15,7 @@ const RULES: [(&str, &[&str], &[&str]); 18] = [
     ("datasets", &["core"], &[]),
     ("reference", &["core"], &["testing"]),
     ("scene", &["core"], &[]),
+    ("raycast-cpu", &["core", "f32"], &["reference", "testing"]),
     ("gpu", &["core", "f32", "shaders"], &["testing"]),
     ("projection", DRAWING, JUDGING),
     ("slicing", DRAWING, JUDGING),
@@ -56,6 +57,7 @@ const LIBRARIES: &[&str] = &[
     "gpu",
     "io",
     "projection",
+    "raycast-cpu",
     "raycast-peel",
     "reference",
     "resample",
@@ -65,11 +67,12 @@ const LIBRARIES: &[&str] = &[
 ];
 
 /// Libraries that neither read nor write text, nor correct misspellings.
-const WITHOUT_TEXT: [&str; 9] = [
+const WITHOUT_TEXT: [&str; 10] = [
     "core",
     "datasets",
     "gpu",
     "projection",
+    "raycast-cpu",
     "raycast-peel",
     "reference",
     "resample",

@@ -12,6 +12,7 @@ mod data;
 mod device;
 mod entries;
 mod grids;
+mod hard_rays;
 mod image_error;
 mod looks;
 mod meshes;
@@ -29,6 +30,7 @@ pub use data::{
 pub use device::gpu;
 pub use entries::{check_counts, every_setting_arrives, refusal};
 pub use grids::{Place, grid, grid_of};
+pub use hard_rays::{HARD_MESHES, HardMesh, Random, hard_ray};
 pub use image_error::{ImageError, apart, between, difference, exactly, infinite_if_null, scale};
 pub use looks::{knot, look_of, ramp, surfaces, tilted};
 pub use meshes::{

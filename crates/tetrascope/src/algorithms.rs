@@ -55,6 +55,16 @@ macro_rules! on_gpu {
 const ALL: &[Algorithm] = &[
     #[cfg(feature = "reference")]
     reference::ALGORITHM,
+    #[cfg(feature = "raycast-cpu")]
+    Algorithm {
+        entry: tetrascope_raycast_cpu::ENTRY,
+        needs_gpu: false,
+        build: |_, volume, appearance, settings| {
+            let options = tetrascope_raycast_cpu::RaycastCpuOptions::from_settings(settings);
+            let renderer = tetrascope_raycast_cpu::RaycastCpu::new(volume, appearance, &options)?;
+            Ok(Renderer::Cpu(Box::new(renderer)))
+        },
+    },
     #[cfg(feature = "projection")]
     on_gpu!(tetrascope_projection, CellProjection, ProjectionOptions),
     #[cfg(feature = "raycast-peel")]

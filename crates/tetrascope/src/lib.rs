@@ -30,9 +30,9 @@
 //! ```
 //!
 //! # Features
-//! One a renderer: `reference` (CPU), `projection`, `raycast-peel`, `resample`, `slicing` and
-//! `voxel-hw` (GPU); `choose` picks among those that are compiled in; `cli` is the program. Without them this crate reads and describes volumes and
-//! draws none.
+//! One a renderer: `reference` and `raycast-cpu` (CPU), `projection`, `raycast-peel`, `resample`,
+//! `slicing` and `voxel-hw` (GPU); `choose` picks among those that are compiled in; `cli` is the
+//! program. Without them this crate reads and describes volumes and draws none.
 
 pub use tetrascope_core as core;
 pub use tetrascope_datasets as datasets;
@@ -41,6 +41,8 @@ pub use tetrascope_gpu as gpu;
 pub use tetrascope_io as io;
 #[cfg(feature = "projection")]
 pub use tetrascope_projection as projection;
+#[cfg(feature = "raycast-cpu")]
+pub use tetrascope_raycast_cpu as raycast_cpu;
 #[cfg(feature = "raycast-peel")]
 pub use tetrascope_raycast_peel as raycast_peel;
 #[cfg(feature = "reference")]

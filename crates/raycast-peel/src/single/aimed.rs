@@ -1,9 +1,4 @@
-//! Rays aimed at what breaks other walks: vertices, edges, along faces, in meshes whose
-//! cells are flat or inverted. None may be lost.
-//!
-//! The meshes are those on which published walks were measured to lose up to all rays
-//! along an axis: cubes of six tetrahedra, exact or jittered, near and far from the
-//! origin, and in layers so thin that jitter turns cells inside out.
+//! Rays aimed at what breaks other walks (`hard_ray` of `tetrascope-testing`). None may be lost.
 
 use tetrascope_core::glam::{DAffine3, DVec3, Vec3};
 use tetrascope_core::{Knot, OpticalModel, TransferFunction, View, VolumeRenderer as _};
@@ -12,131 +7,15 @@ use tetrascope_f32::look::look;
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::wgpu::BufferUsages;
 use tetrascope_gpu::{ComputeProgram, read_back};
-use tetrascope_testing as testing;
+use tetrascope_testing::{self as testing, HARD_MESHES, HardMesh, Random, hard_ray};
 
 use super::style::constants;
 use super::*;
 use crate::RaycastPeel;
 use crate::counters::LOST_RAYS;
 
-/// Cubes along each side of a mesh.
-const CUBES: usize = 3;
-
 /// Rays in one dispatch.
 const BATCH: usize = 1 << 16;
-
-/// A sequence of numbers without pattern (Marsaglia 2003, xorshift).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 32) as u32
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        self.next() as usize % count
-    }
-
-    /// In [−1, 1].
-    fn signed(&mut self) -> f64 {
-        f64::from(self.next()) / f64::from(u32::MAX) * 2.0 - 1.0
-    }
-
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.signed(), self.signed(), self.signed())
-    }
-}
-
-/// A kind of mesh.
-struct Kind {
-    name: &'static str,
-    /// By how much vertices are moved, in cubes.
-    jitter: f64,
-    /// How far from the origin, in cubes.
-    offset: f64,
-    /// The thickness of every other layer, in cubes.
-    thickness: f64,
-    /// A cube in the middle is left out.
-    cavity: bool,
-}
-
-const PLAIN: Kind = Kind {
-    name: "structured",
-    jitter: 0.0,
-    offset: 0.0,
-    thickness: 1.0,
-    cavity: false,
-};
-
-const KINDS: [Kind; 9] = [
-    PLAIN,
-    Kind {
-        name: "structured with a cavity",
-        cavity: true,
-        ..PLAIN
-    },
-    Kind {
-        name: "jittered",
-        jitter: 0.2,
-        ..PLAIN
-    },
-    Kind {
-        name: "jittered, at 1e5",
-        jitter: 0.2,
-        offset: 1e5,
-        ..PLAIN
-    },
-    Kind {
-        name: "structured, at 1e6",
-        offset: 1e6,
-        ..PLAIN
-    },
-    Kind {
-        name: "jittered until cells turn inside out",
-        jitter: 0.9,
-        cavity: true,
-        ..PLAIN
-    },
-    Kind {
-        name: "layers of 1e-4",
-        jitter: 1e-5,
-        thickness: 1e-4,
-        ..PLAIN
-    },
-    // Thinner than f32 resolves, and jittered by as much: flat and inverted cells.
-    Kind {
-        name: "layers of 1e-6",
-        jitter: 1e-6,
-        thickness: 1e-6,
-        ..PLAIN
-    },
-    Kind {
-        name: "layers of no thickness",
-        thickness: 0.0,
-        ..PLAIN
-    },
-];
-
-fn mesh(kind: &Kind) -> TetMesh {
-    let mut random = Random(0x2545_f491_4f6c_dd1d);
-    let side = CUBES + 1;
-    let height = |k: usize| {
-        let (pairs, rest) = (k / 2, k % 2);
-        pairs as f64 * (1.0 + kind.thickness) + rest as f64 * kind.thickness
-    };
-    let mut points = Vec::new();
-    for place in 0..side * side * side {
-        let [i, j, k] = [place % side, place / side % side, place / (side * side)];
-        let at = DVec3::new(i as f64, j as f64, height(k));
-        points.push(at + kind.jitter * random.vector() + kind.offset);
-    }
-    let tetrahedra = testing::kuhn_cells(CUBES, |at| !kind.cavity || at != [CUBES / 2; 3]);
-    let scalars = testing::point_scalars(vec![0.0; points.len()]);
-    TetMesh::from_tetrahedra(points, tetrahedra, scalars).expect("a mesh")
-}
 
 /// One ray of `aim.wgsl`.
 #[repr(C)]
@@ -144,41 +23,6 @@ fn mesh(kind: &Kind) -> TetMesh {
 struct Aim {
     anchor: [f32; 4],
     direction: [f32; 4],
-}
-
-/// A ray that is hard to follow through a mesh with vertices at `points` and these cells.
-fn aim(random: &mut Random, points: &[Vec3], cells: &[[u32; 4]]) -> Aim {
-    let cell = cells[random.below(cells.len())];
-    let first = random.below(4);
-    let [a, b, c, _] = [0, 1, 2, 3].map(|i| points[cell[(first + i) % 4] as usize]);
-    // At a vertex, an edge, a face; exactly but for the rounding of the mean.
-    let anchor = match random.below(4) {
-        0 | 1 => a,
-        2 => (a + b) / 2.0,
-        _ => (a + b + c) / 3.0,
-    };
-    let axis = [Vec3::X, Vec3::Y, Vec3::Z][random.below(3)];
-    let direction = match random.below(8) {
-        // Along the lattice: in faces and along edges of cubes.
-        0 | 1 => axis,
-        2 => Vec3::ONE - axis,
-        3 => Vec3::ONE,
-        // Along the edge, in the face, to a vertex elsewhere.
-        4 => b - a,
-        5 => (b - a) + (c - a) * random.signed() as f32,
-        6 => points[random.below(points.len())] - anchor,
-        _ => random.vector().as_vec3(),
-    };
-    // Any direction will do where two vertices are in one place.
-    let direction = if direction == Vec3::ZERO {
-        axis
-    } else {
-        direction
-    };
-    Aim {
-        anchor: anchor.extend(0.0).to_array(),
-        direction: direction.extend(0.0).to_array(),
-    }
 }
 
 /// What rays did.
@@ -192,7 +36,7 @@ struct Sum {
 }
 
 /// Sends `batches` batches of rays through a mesh.
-fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -> Sum {
+fn shoot(gpu: &Gpu, kind: &HardMesh, batches: u64, integer_sides: bool, seed: u64) -> Sum {
     let knot = |scalar| Knot {
         scalar,
         color: DVec3::ZERO,
@@ -200,7 +44,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
     };
     let function = TransferFunction::new(vec![knot(0.0), knot(1.0)]).expect("valid knots");
     let appearance = Appearance::new(function, OpticalModel::Absorption);
-    let source = mesh(kind);
+    let source = kind.mesh();
     let volume = Volume::Mesh(source.clone());
     let options = RaycastOptions {
         integer_sides,
@@ -284,7 +128,11 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
     let mut sum = Sum::default();
     for _ in 0..batches {
         let aims: Vec<Aim> = (0..BATCH)
-            .map(|_| aim(&mut random, &points, source.tetrahedra()))
+            .map(|_| {
+                let ray = hard_ray(&mut random, &points, source.tetrahedra());
+                let [anchor, direction] = ray.map(|v| v.extend(0.0).to_array());
+                Aim { anchor, direction }
+            })
             .collect();
         let aims = gpu.upload("aim", &aims, storage).expect("small");
         let groups = [
@@ -338,7 +186,7 @@ fn shoot(gpu: &Gpu, kind: &Kind, batches: u64, integer_sides: bool, seed: u64) -
 /// All kinds of meshes; panics where a ray is lost.
 fn shoot_all(gpu: &Gpu, batches: u64, integer_sides: bool, seed: u64) -> u64 {
     let mut rays = 0;
-    for kind in &KINDS {
+    for kind in &HARD_MESHES {
         let sum = shoot(gpu, kind, batches, integer_sides, seed);
         assert_eq!((sum.lost, sum.unpaired), (0, 0), "{}: {sum:?}", kind.name);
         // They did go through: every ray is aimed at the mesh.
@@ -390,7 +238,7 @@ fn integers_decide_as_floats_do() {
     let Some(gpu) = testing::gpu("integers_decide_as_floats_do") else {
         return;
     };
-    let mesh = mesh(&KINDS[5]);
+    let mesh = HARD_MESHES[5].mesh();
     let count = mesh.points().len();
     let field = testing::point_scalars((0..count).map(|i| i as f64 / count as f64).collect());
     let volume = Volume::Mesh(mesh.with_scalars(field).expect("as many values"));

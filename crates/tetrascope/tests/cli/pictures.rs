@@ -69,8 +69,10 @@ fn the_same_scene_is_the_same_file_whatever_the_threads() {
 #[test]
 fn a_picture_carries_all_that_it_takes_to_make_it_again() {
     let folder = Folder::new();
-    folder.run(&format!("render {SMALL} -o a.png")).succeeded();
-    folder.run(&format!("render {SMALL} -o a.npy")).succeeded();
+    for name in ["a.png", "a.npy"] {
+        let line = format!("render {SMALL} --algorithm reference -o {name}");
+        folder.run(&line).succeeded();
+    }
     let texts = texts(&folder.read("a.png"));
     let text = |key: &str| {
         let found = texts.iter().find(|(k, _)| k.ends_with(key));
@@ -93,7 +95,7 @@ fn a_picture_carries_all_that_it_takes_to_make_it_again() {
     assert_eq!(scene.volume.cells, Some(600));
     folder.write("again.toml", text("Scene"));
     folder
-        .run("render --scene again.toml -o again.npy")
+        .run("render --scene again.toml --algorithm reference -o again.npy")
         .succeeded();
     assert_eq!(folder.read("again.npy"), folder.read("a.npy"));
 }
@@ -102,7 +104,9 @@ fn a_picture_carries_all_that_it_takes_to_make_it_again() {
 fn the_json_report_says_what_was_done_and_how_long_it_took() {
     let folder = Folder::new();
     let run = folder
-        .run(&format!("render {SMALL} --json -o a.exr"))
+        .run(&format!(
+            "render {SMALL} --algorithm reference --json -o a.exr"
+        ))
         .succeeded();
     assert_eq!(run.stderr, "");
     let report = run.json();

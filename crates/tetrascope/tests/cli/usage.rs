@@ -10,7 +10,9 @@ fn an_unknown_algorithm_or_setting_lists_the_valid_ones() {
     let (error, help) = folder.run("render sphere --algorithm refrence").failed(2);
     assert!(error.contains("valid: reference"), "{error}");
     assert_eq!(help, "  help: did you mean 'reference'?");
-    let (error, _) = folder.run("render sphere --set order=best").failed(2);
+    let (error, _) = folder
+        .run("render sphere --algorithm reference --set order=best")
+        .failed(2);
     assert!(
         error.contains("no setting 'order=best'; valid: none"),
         "{error}"

@@ -114,7 +114,7 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// The algorithm; `tetrascope algorithms` lists them
-    #[arg(short, long, value_name = "NAME", default_value = tetrascope::reference::NAME)]
+    #[arg(short, long, value_name = "NAME", default_value = tetrascope::raycast_cpu::NAME)]
     pub(crate) algorithm: String,
     /// A quality setting of the algorithm; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]

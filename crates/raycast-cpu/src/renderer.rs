@@ -1,0 +1,228 @@
+//! The renderer, of a mesh or of a grid.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use tetrascope_core::{
+    Appearance, Bounds, Error, Frame, OpticalModel, View, Volume, VolumeRenderer,
+};
+
+use crate::entry::supports;
+use crate::options::RaycastCpuOptions;
+use crate::segments::PathSegments;
+use crate::{ABILITIES, NAME, grid, mesh};
+
+/// A packed volume. It draws without any device.
+#[derive(Debug)]
+pub struct RaycastCpu {
+    body: Body,
+    bounds: Bounds,
+    appearance: Appearance,
+    options: RaycastCpuOptions,
+    pool: Option<Arc<rayon::ThreadPool>>,
+}
+
+/// What rays are cast through.
+#[derive(Debug)]
+enum Body {
+    Mesh(Box<mesh::Caster>),
+    Grid(Box<grid::Caster>),
+}
+
+/// The most threads that [`RaycastCpuOptions`] takes.
+const MAX_THREADS: usize = 1024;
+
+impl RaycastCpu {
+    /// A renderer of a mesh, or of a grid in memory.
+    ///
+    /// # Errors
+    /// What [`supports`] refuses, an option out of its range, and threads that the system refuses.
+    pub fn new(
+        volume: &Volume,
+        appearance: &Appearance,
+        options: &RaycastCpuOptions,
+    ) -> Result<RaycastCpu, Error> {
+        options.validate()?;
+        supports(volume, appearance)?;
+        let pool = match options.threads {
+            None => None,
+            Some(threads) if (1..=MAX_THREADS).contains(&threads) => {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+                let pool = pool.build().map_err(|error| {
+                    Error::invalid(format!("cannot start {threads} threads: {error}"))
+                })?;
+                Some(Arc::new(pool))
+            }
+            Some(threads) => {
+                return Err(Error::Invalid {
+                    what: format!("{threads} threads"),
+                    help: Some(format!("give 1 to {MAX_THREADS}")),
+                });
+            }
+        };
+        Ok(RaycastCpu {
+            body: in_pool(&pool, || Body::new(volume, appearance, options))?,
+            bounds: volume.bounds(),
+            appearance: appearance.clone(),
+            options: options.clone(),
+            pool,
+        })
+    }
+
+    /// Draws what is before opaque things: each ray ends where `ends` says, world units from
+    /// where it starts, infinite where it does not; row-major, top row first.
+    ///
+    /// # Errors
+    /// As [`VolumeRenderer::render`], and [`Error::Invalid`] unless `ends` has a number for each
+    /// pixel.
+    pub fn render_before(&self, view: &View, ends: &[f64]) -> Result<Frame, Error> {
+        self.draw(view, Some(ends))
+    }
+
+    /// The paths of a view's rays through a mesh, each by itself: of a part of a mesh, so that
+    /// [`PathSegments::composite`] draws the whole.
+    ///
+    /// # Errors
+    /// As [`VolumeRenderer::render`]; a grid is unsupported.
+    pub fn segments(&self, view: &View) -> Result<PathSegments, Error> {
+        view.validate()?;
+        match &self.body {
+            Body::Mesh(caster) => in_pool(&self.pool, || caster.segments(view)),
+            Body::Grid(_) => Err(Error::Unsupported {
+                renderer: NAME,
+                what: "paths through a grid".into(),
+                reason: "a ray has one way through it".into(),
+            }),
+        }
+    }
+
+    fn draw(&self, view: &View, ends: Option<&[f64]>) -> Result<Frame, Error> {
+        let start = Instant::now();
+        view.validate()?;
+        let pixels = view.width as usize * view.height as usize;
+        if ends.is_some_and(|ends| ends.len() != pixels || ends.iter().any(|e| e.is_nan())) {
+            return Err(Error::invalid(format!(
+                "ends of rays that are not one number for each of {pixels} pixels"
+            )));
+        }
+        view.check_memory(BYTES_PER_PIXEL)?;
+        let mut frame = in_pool(&self.pool, || match &self.body {
+            Body::Mesh(caster) => caster.draw(view, ends),
+            Body::Grid(caster) => caster.draw(view, ends),
+        })?;
+        if self.appearance.optical_model != OpticalModel::Isosurfaces {
+            frame.depths = None;
+        }
+        frame.stats.cpu_seconds = start.elapsed().as_secs_f64();
+        Ok(frame)
+    }
+}
+
+/// What a pixel takes: its color and depth in a block and in the frame.
+const BYTES_PER_PIXEL: u64 = 2 * (16 + 4);
+
+fn in_pool<T: Send>(pool: &Option<Arc<rayon::ThreadPool>>, work: impl FnOnce() -> T + Send) -> T {
+    match pool {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }
+}
+
+impl Body {
+    fn new(
+        volume: &Volume,
+        appearance: &Appearance,
+        options: &RaycastCpuOptions,
+    ) -> Result<Body, Error> {
+        Ok(match volume {
+            Volume::Mesh(mesh) => {
+                Body::Mesh(Box::new(mesh::Caster::new(mesh, appearance, options)?))
+            }
+            Volume::Grid(grid) => {
+                Body::Grid(Box::new(grid::Caster::new(grid, appearance, options)?))
+            }
+            _ => return Err(Error::invalid("a volume that `supports` refuses")),
+        })
+    }
+}
+
+impl VolumeRenderer for RaycastCpu {
+    /// Keeps the packed mesh where the geometry is the same
+    /// ([`TetMesh::shares_geometry`](tetrascope_core::TetMesh::shares_geometry)).
+    fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
+        supports(volume, &self.appearance)?;
+        let (body, appearance, options) = (&self.body, &self.appearance, &self.options);
+        let new = in_pool(&self.pool, || match (body, volume) {
+            (Body::Mesh(caster), Volume::Mesh(mesh)) => caster
+                .reloaded(mesh)
+                .map(|caster| Body::Mesh(Box::new(caster))),
+            _ => Body::new(volume, appearance, options),
+        })?;
+        self.body = new;
+        self.bounds = volume.bounds();
+        Ok(())
+    }
+
+    fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        ABILITIES.check(NAME, appearance, &self.bounds)?;
+        let body = &mut self.body;
+        in_pool(&self.pool, || match body {
+            Body::Mesh(caster) => caster.restyle(appearance),
+            Body::Grid(caster) => caster.restyle(appearance),
+        })?;
+        self.appearance = appearance.clone();
+        Ok(())
+    }
+
+    fn render(&self, view: &View) -> Result<Frame, Error> {
+        self.draw(view, None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::Level;
+    use tetrascope_core::{CameraFit, OpticalModel};
+    use tetrascope_testing::{data_set, fitted, grid, ramp, surfaces};
+
+    use super::*;
+
+    /// What every processor of its kind has draws the same as what this one has: vectors of other
+    /// widths, and without fused products.
+    #[test]
+    fn instruction_sets_agree() {
+        let mesh = Volume::Mesh(data_set("torus", Some(3000)));
+        let place = tetrascope_testing::Place::unit(12);
+        let grid = Volume::Grid(grid(&place, |p| (3.0 * p.x).sin() + p.y * p.z));
+        for volume in [mesh, grid] {
+            for model in OpticalModel::ALL {
+                let appearance = Appearance {
+                    optical_model: model,
+                    ..surfaces(&volume, ramp(&volume))
+                };
+                let options = RaycastCpuOptions::default();
+                let mut rays = RaycastCpu::new(&volume, &appearance, &options).expect("a volume");
+                let view = fitted(&volume, CameraFit::PlusIso, false, 48);
+                let wide = rays.render(&view).expect("a frame");
+                match &mut rays.body {
+                    Body::Mesh(caster) => caster.set_level(Level::baseline()),
+                    Body::Grid(caster) => caster.set_level(Level::baseline()),
+                }
+                let narrow = rays.render(&view).expect("a frame");
+                let pairs = wide.pixels.iter().zip(&narrow.pixels);
+                let differs = |(a, b): &(&[f32; 4], &[f32; 4])| {
+                    // Sums of some hundred roundings of numbers up to 2.
+                    (0..4).any(|i| (a[i] - b[i]).abs() > 1e-5)
+                };
+                // A ray within a rounding of a surface's outline may meet it or not.
+                let most = if model == OpticalModel::Isosurfaces {
+                    2
+                } else {
+                    0
+                };
+                let count = pairs.filter(differs).count();
+                assert!(count <= most, "{}: {count} pixels", model.name());
+            }
+        }
+    }
+}
