@@ -15,7 +15,11 @@ const RULES: [(&str, &[&str], &[&str]); 19] = [
     ("datasets", &["core"], &[]),
     ("reference", &["core"], &["testing"]),
     ("scene", &["core"], &[]),
-    ("raycast-cpu", &["core", "f32"], &["reference", "testing"]),
+    (
+        "raycast-cpu",
+        &["core", "f32"],
+        &["io", "reference", "testing"],
+    ),
     ("gpu", &["core", "f32", "shaders"], &["testing"]),
     ("projection", DRAWING, JUDGING),
     ("slicing", DRAWING, JUDGING),
