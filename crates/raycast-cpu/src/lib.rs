@@ -25,6 +25,7 @@
 //!   SSE2 has no fused products.
 //!
 //! # Limits
+//! - AVX2 and SSE2 were at hand for the tests; AVX-512 and NEON take the same code and were not.
 //! - Where cells overlap (a folded mesh), a ray sees the cells of each path in the path's order.
 //! - Light behind a transmittance of 2⁻²⁶ is left out, which is less than f32 resolves of the greatest
 //!   color.
