@@ -4,7 +4,7 @@
 //! [`report`] writes what came out, with the [`answer`], [`diagrams`] of [`panel`]s, [`picture`]s and the [`figures`] that
 //! a benchmark has measured; [`sweep`] runs the model of a machine, and [`voxel_figures`] draws its
 //! paper's figures again; [`dashboard`] keeps what benchmarks measure and [`bench`] compares two revisions';
-//! [`setup`] gets a machine ready to draw; [`snapshots`] are reviewed pictures
+//! [`stability`] draws stiff and extreme cases; [`setup`] gets a machine ready to draw; [`snapshots`] are reviewed pictures
 //! and texts; [`testing`] is what the tests here share.
 #![cfg(feature = "harness")]
 
@@ -25,6 +25,7 @@ pub mod plot;
 pub mod report;
 pub mod setup;
 pub mod snapshots;
+pub mod stability;
 pub mod sweep;
 pub mod testing;
 pub mod voxel_figures;

@@ -4,15 +4,15 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tetrascope::core::{Error, ErrorKind};
-use xtask::{bench, compare, dashboard, setup, snapshots, sweep, voxel_figures};
+use xtask::{bench, compare, dashboard, setup, snapshots, stability, sweep, voxel_figures};
 
 /// The harness of Tetrascope
 #[derive(Parser)]
 #[command(
     bin_name = "cargo xtask",
     after_help = "Exit status: 0 done, 1 failure, 2 usage, 3 bad input, 4 no suitable graphics \
-                  adapter, 5 an error above its bound, a snapshot that is not as reviewed, \
-                  or a benchmark that is slower beyond noise."
+                  adapter, 5 an error above its bound, a case that hangs, a snapshot that is not as \
+                  reviewed, or a benchmark that is slower beyond noise."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -33,6 +33,8 @@ enum Task {
     Dashboard(dashboard::Options),
     /// Run the benchmarks of another revision and of the working tree in turn
     Bench(bench::Options),
+    /// Draw stiff and extreme cases with every algorithm: does each keep what it promises?
+    Stability(stability::Options),
     /// Simulate the machine of voxels: meshes, sizes, samples and machines
     Machine(sweep::Options),
     /// Draw figures 3 to 6 of Prakash and Manohar's paper again
@@ -81,6 +83,7 @@ fn main() -> ExitCode {
         Task::Dashboard(options) => finish(dashboard::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Bench(options) => finish(bench::run(&options).map(status)),
         Task::Machine(options) => finish(sweep::run(&options).map(|()| ExitCode::SUCCESS)),
+        Task::Stability(options) => finish(stability::run(&options).map(status)),
         Task::Figures(options) => finish(voxel_figures::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Snapshots(options) => finish(snapshots::run(&options).map(status)),
         Task::Bless => finish(snapshots::bless().map(|()| ExitCode::SUCCESS)),

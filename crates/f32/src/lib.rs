@@ -2,7 +2,7 @@
 //!
 //! Reading order: [`normalization`] is the one place where numbers are rounded to f32, relative
 //! to a [`domain`]; [`knots`] and [`look`] round an appearance with it. [`lengths`] and
-//! [`depth`] bound what a ray meets in a cell. [`image_plane`] is the camera of a view.
+//! [`depth`] bound what a ray meets in a cell, [`flatness`] what rounding makes of it. [`image_plane`] is the camera of a view.
 //! [`layout`] packs a mesh for rays that walk from cell to cell; [`rays`] and [`tiles`] find
 //! where those of a view may enter it.
 //!
@@ -42,6 +42,7 @@
 
 pub mod depth;
 pub mod domain;
+pub mod flatness;
 pub mod image_plane;
 pub mod knots;
 pub mod layout;
@@ -53,6 +54,7 @@ pub mod tiles;
 
 pub use depth::{ANY_SCALAR, deepest, is_transparent};
 pub use domain::Domain;
+pub use flatness::say_if_flat;
 pub use image_plane::ImagePlane;
 pub use knots::KnotPair;
 pub use layout::{Layout, Locality};

@@ -5,6 +5,9 @@ use tetrascope_core::glam::DVec3;
 
 use crate::{ImagePlane, Normalization};
 
+/// An eye that is nearer to the mesh's center is at it.
+const NEAREST: f64 = 1e-9;
+
 /// The rays of one view in normalized space: each starts at its anchor, a point of the plane
 /// that faces the camera at the mesh's center. Near the mesh all numbers are small, however
 /// far away the eye is.
@@ -33,8 +36,16 @@ impl Rays {
         let ImagePlane {
             right, up, forward, ..
         } = plane;
-        // A camera inside or past the mesh looks at a plane half a mesh ahead.
-        let depth = plane.anchor_depth.max(0.5);
+        // A camera inside or past the mesh looks at a plane half a mesh ahead, or nearer if it is that near to
+        // the center: what is seen of a long and thin mesh from its side is small, and so have
+        // to be the numbers.
+        let from_center = plane.eye.length();
+        let ahead = if from_center > NEAREST {
+            from_center.min(0.5)
+        } else {
+            0.5
+        };
+        let depth = plane.anchor_depth.max(ahead);
         let (width, height) = (f64::from(view.width), f64::from(view.height));
         let pixel = 2.0 * plane.extent_at(depth)[1] / height;
         let center = plane.eye + depth * forward;

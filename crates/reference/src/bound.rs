@@ -101,9 +101,11 @@ impl<'a> Steepness<'a> {
             let rise = (b.extinction - a.extinction).abs();
             let shift = (b.color - a.color).abs().max_element();
             let width = b.scalar - a.scalar;
-            if width > 0.0 {
-                extinction_slope = extinction_slope.max(rise / width);
-                color_slope = color_slope.max(shift / width);
+            let slopes = [rise / width, shift / width];
+            // What is as steep as f64 can say is a step.
+            if slopes.iter().all(|slope| slope.is_finite()) {
+                extinction_slope = extinction_slope.max(slopes[0]);
+                color_slope = color_slope.max(slopes[1]);
             } else {
                 extinction_step += rise;
                 color_step += shift;

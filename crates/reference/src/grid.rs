@@ -44,10 +44,12 @@ use std::ops::Range;
 
 use tetrascope_core::appearance::{CueRamp, clip_ray};
 use tetrascope_core::glam::{DMat3, DVec3};
-use tetrascope_core::grid::Interpolation;
 use tetrascope_core::grid::coverage::{THERE, fades};
+use tetrascope_core::grid::{Interpolation, Lattice};
 use tetrascope_core::optics::over;
-use tetrascope_core::{Appearance, DepthCue, Error, Grid, OpticalModel, Ray, View};
+use tetrascope_core::{
+    Appearance, Bounds, ClipPlane, DepthCue, Error, Grid, OpticalModel, Ray, View,
+};
 
 use crate::ray::{Consistency, Outcome};
 use crate::trace::Interval;
@@ -66,9 +68,13 @@ const INTERPOLATION: f64 = 32.0 * UNIT;
 const UNIT: f64 = f64::EPSILON / 2.0;
 
 /// A grid, ready for rays.
+///
+/// Places are relative to its first sample, and so as exact far from the world's origin as at it.
 #[derive(Clone, Debug)]
 pub(crate) struct GridBody {
     grid: Grid,
+    /// Relative to the first sample.
+    bounds: Bounds,
     /// The inverse of the grid's direction matrix.
     turn: DMat3,
     cells: [usize; 3],
@@ -90,6 +96,11 @@ pub(crate) struct GridScene<'a> {
 impl GridBody {
     pub(crate) fn new(grid: &Grid) -> GridBody {
         GridBody {
+            bounds: Lattice {
+                origin: DVec3::ZERO,
+                ..*grid.lattice()
+            }
+            .bounds(),
             turn: grid.direction().inverse(),
             cells: grid.lattice().cells(),
             grid: grid.clone(),
@@ -115,11 +126,19 @@ impl GridBody {
         background: [f64; 4],
     ) -> GridScene<'_> {
         let draws_surfaces = appearance.optical_model == OpticalModel::Isosurfaces;
-        let ramp = |cue: DepthCue| cue.ramp(eye, forward, &self.grid.bounds());
+        let ramp = |cue: DepthCue| cue.ramp(eye - self.grid.origin(), forward, &self.bounds);
+        let planes = appearance.clip_planes.iter().map(|plane| ClipPlane {
+            point: plane.point - self.grid.origin(),
+            ..*plane
+        });
+        let appearance = Appearance {
+            clip_planes: planes.collect(),
+            ..appearance.clone()
+        };
         GridScene {
             body: self,
-            look: Look::new(appearance, background),
-            surfaces: draws_surfaces.then(|| Surfaces::new(appearance, forward)),
+            look: Look::new(&appearance, background),
+            surfaces: draws_surfaces.then(|| Surfaces::new(&appearance, forward)),
             cue: appearance.depth_cue.map(ramp),
             forward,
             background,
@@ -128,7 +147,7 @@ impl GridBody {
 
     /// Refuses an eye from which distances overflow.
     pub(crate) fn check_eye(&self, eye: DVec3) -> Result<(), Error> {
-        let far = self.distance(eye);
+        let far = self.distance(eye - self.grid.origin());
         if far.is_nan() || far > f64::MAX / 16.0 {
             return Err(Error::Invalid {
                 what: format!("the camera is {far:e} away from the grid"),
@@ -143,16 +162,17 @@ impl GridBody {
         self.grid.lattice().interpolation == Interpolation::Nearest
     }
 
-    /// At least the distance from `eye` to the farthest cell, and to the grid's origin.
+    /// At least the distance from `eye`, relative to the first sample, to the farthest cell, and to that
+    /// sample.
     fn distance(&self, eye: DVec3) -> f64 {
-        let bounds = self.grid.bounds();
-        (self.grid.origin() - eye).length() + bounds.diagonal()
+        eye.length() + self.bounds.diagonal()
     }
 
-    /// The ray in the space of cells: lattice space, moved to where the first cell begins.
+    /// A ray relative to the first sample in the space of cells: lattice space, moved to where the first
+    /// cell begins.
     fn line(&self, ray: &Ray) -> Line {
         let spacing = self.grid.spacing();
-        let origin = self.turn * (ray.origin - self.grid.origin()) / spacing;
+        let origin = self.turn * ray.origin / spacing;
         Line {
             origin: origin - self.grid.lattice().first(),
             slope: self.turn * ray.direction / spacing,
@@ -213,6 +233,9 @@ impl GridScene<'_> {
         rows: Range<u32>,
         end_of: &dyn Fn(u32, u32) -> f64,
     ) -> Vec<(Outcome, usize)> {
+        let mut view = *view;
+        view.camera.position -= self.body.grid.origin();
+        view.camera.focal_point -= self.body.grid.origin();
         rows.flat_map(|row| columns.clone().map(move |column| (column, row)))
             .map(|(column, row)| {
                 let mut visits = 0;
@@ -226,7 +249,11 @@ impl GridScene<'_> {
     /// Follows one ray with a unit direction and lists the cells that are not transparent.
     pub(crate) fn trace(&self, ray: &Ray) -> (Outcome, Vec<Interval>) {
         let mut intervals = Vec::new();
-        let outcome = self.follow(ray, f64::INFINITY, |stretch, scalar| {
+        let ray = Ray {
+            origin: ray.origin - self.body.grid.origin(),
+            ..*ray
+        };
+        let outcome = self.follow(&ray, f64::INFINITY, |stretch, scalar| {
             let [scalar_in, .., scalar_out] = scalar().0;
             intervals.push(Interval {
                 cell: self.body.cell_index(stretch.cell),
@@ -239,7 +266,7 @@ impl GridScene<'_> {
         (outcome, intervals)
     }
 
-    /// Integrates a ray up to `end`, world units, and shows `visit` each cell that is not
+    /// Integrates a ray, relative to the first sample, up to `end`, world units, and shows `visit` each cell that is not
     /// transparent.
     fn follow(
         &self,

@@ -82,6 +82,7 @@ mod predicate;
 mod ray;
 mod tile;
 mod trace;
+mod units;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -106,6 +107,7 @@ use grid::GridBody;
 use look::Look;
 use ray::Outcome;
 use tile::{SIDE, Scene, Workspace};
+use units::ScalarUnits;
 
 /// The name in lists and messages.
 pub const NAME: &str = "reference";
@@ -145,6 +147,8 @@ const MAX_THREADS: usize = 1024;
 pub struct Reference {
     body: Body,
     appearance: Appearance,
+    /// The same in the body's units, which a reload may change.
+    look: Appearance,
     pool: Option<Arc<rayon::ThreadPool>>,
     bvh_builds: u64,
 }
@@ -153,7 +157,9 @@ pub struct Reference {
 #[derive(Clone)]
 enum Body {
     Mesh {
+        /// In `units`.
         mesh: TetMesh,
+        units: ScalarUnits,
         geometry: Arc<Geometry>,
     },
     Grid(Box<GridBody>),
@@ -188,6 +194,7 @@ impl Reference {
         supports(volume, appearance)?;
         let (body, bvh_builds) = Body::of(volume, None)?;
         Ok(Reference {
+            look: body.look(appearance),
             body,
             appearance: appearance.clone(),
             pool,
@@ -253,7 +260,7 @@ impl Reference {
             ends.map_or(f64::INFINITY, |ends| ends[pixel])
         };
         view.check_memory(BYTES_PER_PIXEL)?;
-        let has_depths = self.appearance.optical_model == OpticalModel::Isosurfaces;
+        let has_depths = self.look.optical_model == OpticalModel::Isosurfaces;
         let mut image = ReferenceImage::new(view, has_depths);
         let put = |part: &image::Part| image.add(part);
         self.with_tiles(view, &end_of, |draw| in_tiles(view, on_progress, draw, put))?;
@@ -271,15 +278,15 @@ impl Reference {
     ) -> Result<T, Error> {
         let background = view.premultiplied_background();
         match &self.body {
-            Body::Mesh { mesh, geometry } => {
+            Body::Mesh { mesh, geometry, .. } => {
                 let (frame, grid) = RayFrame::of_view(view, geometry)?;
                 let positions = frame.positions(mesh);
                 let scene = Scene {
                     mesh,
                     geometry,
-                    appearance: &self.appearance,
-                    steepness: Steepness::new(&self.appearance, background),
-                    look: Look::new(&self.appearance, &mesh.bounds(), &frame),
+                    appearance: &self.look,
+                    steepness: Steepness::new(&self.look, background),
+                    look: Look::new(&self.look, &mesh.bounds(), &frame),
                     frame,
                     background,
                 };
@@ -291,7 +298,7 @@ impl Reference {
                 grid.check_eye(view.camera.position)?;
                 let (_, _, forward) = view.camera.axes();
                 let camera = (view.camera.position, forward);
-                let scene = grid.scene(&self.appearance, camera, background);
+                let scene = grid.scene(&self.look, camera, background);
                 Ok(work(&|columns, rows, _| {
                     scene.draw(view, columns, rows, end_of)
                 }))
@@ -319,6 +326,7 @@ impl VolumeRenderer for Reference {
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         supports(volume, &self.appearance)?;
         let (body, built) = Body::of(volume, Some(&self.body))?;
+        self.look = body.look(&self.appearance);
         self.body = body;
         self.bvh_builds += built;
         Ok(())
@@ -329,6 +337,7 @@ impl VolumeRenderer for Reference {
             Body::Mesh { mesh, .. } => ABILITIES.check(NAME, appearance, &mesh.bounds())?,
             Body::Grid(body) => supports(&Volume::Grid(body.grid().clone()), appearance)?,
         }
+        self.look = self.body.look(appearance);
         self.appearance = appearance.clone();
         Ok(())
     }
@@ -355,19 +364,33 @@ pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
 }
 
 impl Body {
+    /// The appearance in the body's units.
+    fn look(&self, appearance: &Appearance) -> Appearance {
+        match self {
+            Body::Mesh { units, .. } => units.appearance(appearance),
+            Body::Grid(_) => appearance.clone(),
+        }
+    }
+
     /// What is in `volume`, with the BVH of a body `before` where that fits, and how many
     /// were built.
     fn of(volume: &Volume, before: Option<&Body>) -> Result<(Body, u64), Error> {
         match volume {
             Volume::Mesh(new) => {
                 let (geometry, built) = match before {
-                    Some(Body::Mesh { mesh, geometry }) if new.shares_geometry(mesh) => {
+                    Some(Body::Mesh { mesh, geometry, .. }) if new.shares_geometry(mesh) => {
                         (geometry.clone(), 0)
                     }
                     _ => (Arc::new(Geometry::new(new)), 1),
                 };
-                let mesh = new.clone();
-                Ok((Body::Mesh { mesh, geometry }, built))
+                let units = ScalarUnits::of(new);
+                let mesh = units.mesh(new);
+                let body = Body::Mesh {
+                    mesh,
+                    units,
+                    geometry,
+                };
+                Ok((body, built))
             }
             Volume::Grid(grid) => Ok((Body::Grid(Box::new(GridBody::new(grid))), 0)),
             _ => Err(Error::invalid("a volume that `supports` refuses")),

@@ -54,8 +54,12 @@ impl Reference {
     /// A ray with a number that is not finite or without a direction, and one
     /// that starts so far away that distances overflow.
     pub fn trace(&self, ray: &Ray) -> Result<RayTrace, Error> {
-        let (mesh, geometry) = match &self.body {
-            Body::Mesh { mesh, geometry } => (mesh, geometry),
+        let (mesh, units, geometry) = match &self.body {
+            Body::Mesh {
+                mesh,
+                units,
+                geometry,
+            } => (mesh, units, geometry),
             Body::Grid(grid) => return self.trace_grid(grid, ray),
         };
         let frame = RayFrame::of_ray(ray, geometry)?;
@@ -65,9 +69,9 @@ impl Reference {
         let scene = Scene {
             mesh,
             geometry,
-            appearance: &self.appearance,
-            steepness: Steepness::new(&self.appearance, background),
-            look: Look::new(&self.appearance, &mesh.bounds(), &frame),
+            appearance: &self.look,
+            steepness: Steepness::new(&self.look, background),
+            look: Look::new(&self.look, &mesh.bounds(), &frame),
             frame,
             background,
         };
@@ -91,8 +95,8 @@ impl Reference {
             cell: entry.cell as usize,
             t_in: entry.z_in * length_per_z,
             t_out: entry.z_out * length_per_z,
-            scalar_in: entry.scalar_in,
-            scalar_out: entry.scalar_out,
+            scalar_in: units.to_field(entry.scalar_in),
+            scalar_out: units.to_field(entry.scalar_out),
         });
         Ok(RayTrace {
             intervals: intervals.collect(),
@@ -115,7 +119,7 @@ impl Reference {
             origin: ray.origin,
             direction,
         };
-        let scene = grid.scene(&self.appearance, (ray.origin, direction), [0.0; 4]);
+        let scene = grid.scene(&self.look, (ray.origin, direction), [0.0; 4]);
         let (outcome, intervals) = scene.trace(&ray);
         Ok(RayTrace {
             intervals,

@@ -5,6 +5,7 @@ use tetrascope_core::grid::Lattice;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Error, TetMesh, is_value};
 
+use crate::NAME;
 use crate::gpu_data::Vertex;
 
 /// A scalar that stands for none; `NO_VALUE` of `mesh.wgsl` is below.
@@ -13,6 +14,14 @@ const NO_SCALAR: f32 = f32::MAX;
 /// Farther away than this, in samples, products of places would not fit 32-bit floats: their
 /// fourth power does.
 const FARTHEST: f64 = (1u64 << 31) as f64;
+
+/// A point that no cell names.
+const UNUSED: Vertex = Vertex {
+    sample: [0.0; 3],
+    key: 0,
+    offset: [0.0; 3],
+    scalar: NO_SCALAR,
+};
 
 /// What is uploaded of a mesh, beside its cells.
 #[derive(Debug)]
@@ -39,7 +48,11 @@ pub(crate) fn along(lattice: &Lattice) -> usize {
 /// Refuses a mesh without volume.
 pub(crate) fn check_volume(mesh: &TetMesh) -> Result<(), Error> {
     match mesh.cell_count() == 0 || mesh.bounds().size().cmple(DVec3::ZERO).any() {
-        true => Err(Error::invalid("the mesh has no volume to take samples of")),
+        true => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "meshes without volume".into(),
+            reason: "there is nothing to take samples of".into(),
+        }),
         false => Ok(()),
     }
 }
@@ -64,8 +77,16 @@ impl Placed {
         let points = mesh.points();
         let values = &mesh.scalars().values;
         let of_points = mesh.scalars().association == Association::Point;
+        // Points that no cell uses may be anywhere, and their values anything.
+        let mut is_used = vec![false; points.len()];
+        for &point in mesh.tetrahedra().iter().flatten() {
+            is_used[point as usize] = true;
+        }
         let mut is_near = true;
         let vertex = |(index, point): (usize, &DVec3)| {
+            if !is_used[index] {
+                return UNUSED;
+            }
             let place = turn(place(*point));
             is_near &= place.abs().max_element() <= FARTHEST;
             let sample = place.round();

@@ -35,7 +35,8 @@ impl Random {
         f64::from(self.bits()) / f64::from(u32::MAX) * 2.0 - 1.0
     }
 
-    fn vector(&mut self) -> DVec3 {
+    /// In [−1, 1]³.
+    pub fn vector(&mut self) -> DVec3 {
         DVec3::new(self.signed(), self.signed(), self.signed())
     }
 }

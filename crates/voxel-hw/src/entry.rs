@@ -107,7 +107,11 @@ pub const ENTRY: Entry = Entry {
 pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
     match volume {
         Volume::Mesh(mesh) if mesh.bounds().size().cmpgt(DVec3::ZERO).all() => Ok(mesh),
-        Volume::Mesh(_) => Err(Error::invalid("the mesh has no volume to make voxels of")),
+        Volume::Mesh(_) => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "meshes without volume".into(),
+            reason: "there is nothing to make voxels of".into(),
+        }),
         _ => Err(Error::Unsupported {
             renderer: NAME,
             what: "regular grids".into(),

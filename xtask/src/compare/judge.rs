@@ -90,6 +90,9 @@ pub(super) fn checks(scene: &SceneReport) -> Vec<Check> {
             let convex = scene.convex == Some(true);
             let rough = convex.then_some(ROUGH_ORDER);
             let limit = limit(row.promise, named, drawn.stats.order_proven, rough);
+            // What the frame itself says that it may be off by.
+            let said = drawn.stats.error_bound.unwrap_or(0.0);
+            let limit = limit.map(|(rmse, greatest)| (rmse + said, greatest + said));
             let (Some(limit), Some(error)) = (limit, &drawn.error) else {
                 continue;
             };

@@ -1,8 +1,8 @@
 //! Records a frame: orders the cells, draws them, and notes how far their order is proven.
 
 use tetrascope_core::{Error, FrameStats, View};
-use tetrascope_f32::ImagePlane;
 use tetrascope_f32::look::look;
+use tetrascope_f32::{ImagePlane, say_if_flat};
 use tetrascope_gpu::gather::gathered_format;
 use tetrascope_gpu::memory::{ReadBack, Source};
 use tetrascope_gpu::wgpu::{self, BufferUsages, TextureFormat, TextureUsages};
@@ -52,6 +52,7 @@ impl CellProjection {
         }
         stats.order_proven = ordered.proven;
         stats.notes.extend(ordered.note);
+        say_if_flat(&mut stats, &style.geometry.domain.bounds, normalization);
         let sums = self.canvas.sums(
             view,
             SumsKind {

@@ -3,7 +3,7 @@
 use tetrascope_core::glam::{DVec3, DVec4};
 use tetrascope_core::{Error, FrameStats, OpticalModel, Projection, View};
 use tetrascope_f32::tiles::rectangles;
-use tetrascope_f32::{ImagePlane, Rays};
+use tetrascope_f32::{ImagePlane, Rays, say_if_flat};
 use tetrascope_gpu::memory::Source;
 use tetrascope_gpu::passes::group;
 use tetrascope_gpu::wgpu::{
@@ -165,6 +165,7 @@ impl PingPong {
                 drawing.lost_rays
             ));
         }
+        say_if_flat(&mut stats, &self.mesh.source.bounds(), normalization);
         stats.bytes_resident = self.bytes_resident();
         Ok(Recorded::new(stats))
     }

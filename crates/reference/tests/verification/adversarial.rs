@@ -175,7 +175,7 @@ fn a_cycle_of_three_cells_is_in_order_on_every_ray() {
             turn(-1.2, 0.35, 1.0),
             turn(-1.2, 0.5, 0.9),
             turn(1.2, 0.35, -0.9),
-            turn(1.2, 0.5, -1.0),
+            turn(1.2, 0.5, -0.8),
         ]);
     }
     let mut knots = Vec::new();

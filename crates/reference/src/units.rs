@@ -1,0 +1,176 @@
+//! Units in which f64 holds the scalars of a mesh with room to spare.
+//!
+//! Values that are near each other and far from 0 leave few bits for what lies between them, and widths
+//! of denormal numbers have no inverse. Both are put right by a difference and a power of two that are exact: s′ = (s − base) 2ᵏ.
+//! Everything else stays as it is, to the last bit.
+
+use tetrascope_core::{Appearance, Isosurface, Knot, Scalars, TetMesh, TransferFunction};
+
+/// A range that is a smaller part of its values than this is taken from its low end: the upper half of
+/// the bits of f64 is lost then, and differences of such values are exact (Sterbenz 1974).
+const NARROW: f64 = 1.0 / (1u64 << 20) as f64;
+
+/// Widths beyond this, or below its inverse, come near what f64 holds.
+const EXTREME: f64 = 1e270;
+
+/// Where a knot that lies farther away is put: nothing of a mesh is near it.
+const FARTHEST: f64 = 1e300;
+
+/// s′ = (s − base) factor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ScalarUnits {
+    base: f64,
+    /// A power of two.
+    factor: f64,
+}
+
+impl ScalarUnits {
+    /// The field's own.
+    pub(crate) const OWN: ScalarUnits = ScalarUnits {
+        base: 0.0,
+        factor: 1.0,
+    };
+
+    /// Those of a mesh.
+    pub(crate) fn of(mesh: &TetMesh) -> ScalarUnits {
+        let Some((low, high)) = mesh.scalar_range() else {
+            return ScalarUnits::OWN;
+        };
+        let (width, greatest) = (high - low, low.abs().max(high.abs()));
+        let is_narrow = width > 0.0 && width < NARROW * greatest;
+        let extent = if is_narrow { width } else { greatest };
+        if greatest == 0.0 || !is_narrow && (1.0 / EXTREME..=EXTREME).contains(&extent) {
+            return ScalarUnits::OWN;
+        }
+        let exponent = extent.log2().floor().clamp(-1000.0, 1000.0);
+        ScalarUnits {
+            base: if is_narrow { low } else { 0.0 },
+            factor: (-exponent).exp2(),
+        }
+    }
+
+    /// A scalar of the field.
+    pub(crate) fn from_field(&self, scalar: f64) -> f64 {
+        match *self == ScalarUnits::OWN {
+            true => scalar,
+            false => (scalar - self.base) * self.factor,
+        }
+    }
+
+    /// The field's scalar.
+    pub(crate) fn to_field(&self, scalar: f64) -> f64 {
+        match *self == ScalarUnits::OWN {
+            true => scalar,
+            false => self.base + scalar / self.factor,
+        }
+    }
+
+    /// The mesh in these units.
+    pub(crate) fn mesh(&self, mesh: &TetMesh) -> TetMesh {
+        if *self == ScalarUnits::OWN {
+            return mesh.clone();
+        }
+        let scalars = mesh.scalars();
+        let values = scalars.values.iter().map(|s| self.from_field(*s));
+        let scalars = Scalars {
+            values: values.collect(),
+            ..scalars.clone()
+        };
+        mesh.with_scalars(scalars).expect("as many as before")
+    }
+
+    /// The appearance in these units.
+    pub(crate) fn appearance(&self, appearance: &Appearance) -> Appearance {
+        if *self == ScalarUnits::OWN {
+            return appearance.clone();
+        }
+        let place = |scalar: f64| self.from_field(scalar).clamp(-FARTHEST, FARTHEST);
+        let knots = appearance
+            .transfer_function
+            .knots()
+            .iter()
+            .map(|knot| Knot {
+                scalar: place(knot.scalar),
+                ..*knot
+            });
+        let function = TransferFunction::new(knots.collect());
+        let surfaces = appearance.isosurfaces.iter().map(|surface| Isosurface {
+            value: place(surface.value),
+            ..*surface
+        });
+        Appearance {
+            transfer_function: function.expect("their order is kept"),
+            isosurfaces: surfaces.collect(),
+            ..appearance.clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tetrascope_core::glam::DVec3;
+    use tetrascope_core::mesh::Association;
+
+    fn cell(values: [f64; 4]) -> TetMesh {
+        let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let scalars = Scalars {
+            name: "s".into(),
+            association: Association::Point,
+            values: values.into(),
+        };
+        TetMesh::from_tetrahedra(points, vec![[0, 1, 2, 3]], scalars).expect("a mesh")
+    }
+
+    #[test]
+    fn usual_fields_stay_as_they_are() {
+        for values in [
+            [0.0, 1.0, 0.5, 0.25],
+            [7.0; 4],
+            [0.0; 4],
+            [1e38, -1e38, 0.0, 1e-300],
+            [101_325.0, 101_326.0, 101_325.0, 101_325.5],
+            [f64::NAN; 4],
+        ] {
+            assert_eq!(
+                ScalarUnits::of(&cell(values)),
+                ScalarUnits::OWN,
+                "{values:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn others_come_near_1_and_back_to_the_last_bit() {
+        for values in [
+            [1.0, 1.0f64.next_up(), 1.0, 1.0],
+            [101_325.0, 101_325.001, 101_325.0005, 101_325.0],
+            [-1e300, -1e300f64.next_down(), -1e300, -1e300],
+            [1e-310, 3e-310, 0.0, 2e-310],
+            [5e-324, 0.0, 0.0, 0.0],
+        ] {
+            let mesh = cell(values);
+            let units = ScalarUnits::of(&mesh);
+            let (low, high) = units.mesh(&mesh).scalar_range().expect("values");
+            let width = high - low;
+            assert!(
+                (1e-25..=2.0).contains(&width),
+                "{values:?}: {low} to {high}"
+            );
+            for value in values {
+                assert_eq!(units.to_field(units.from_field(value)), value);
+            }
+        }
+    }
+
+    #[test]
+    fn values_that_are_none_stay_none() {
+        let mesh = cell([1.0, 1.0f64.next_up(), f64::NAN, 1e39]);
+        let values = &ScalarUnits::of(&mesh).mesh(&mesh).scalars().values.clone();
+        let is_value = |s: &f64| tetrascope_core::is_value(*s);
+        assert_eq!(
+            values.iter().map(is_value).collect::<Vec<_>>(),
+            [true, true, false, false]
+        );
+    }
+}

@@ -1,0 +1,199 @@
+//! Stiff and extreme cases, drawn by every algorithm: who keeps what it promises on the day that data
+//! is ugly.
+//!
+//! 1. [`suite`] is all cases: scenes, and what is known of their pictures (`case`).
+//! 2. The ground truth draws each and is held to what is known: closed forms, other pictures of the
+//!    same, laws of physics.
+//! 3. Every algorithm draws it with each setting that promises something, and with its default one, and
+//!    is held to its promise (`judge`). Nothing may fail, be infinite, or take a minute.
+//! 4. The `matrix` says how far each algorithm was from the truth in each case.
+
+mod case;
+mod geometry;
+mod grids;
+mod judge;
+mod laws;
+mod matrix;
+mod scenes;
+mod stiff;
+mod stress;
+mod values;
+mod views;
+mod watch;
+
+pub use case::{Case, Expected, Group, Light, Shot};
+pub use judge::{Judgment, Outcome};
+pub use matrix::{Cell, Line, Matrix};
+
+use std::time::Duration;
+
+use tetrascope::core::Error;
+use tetrascope::{Algorithm, Context, Promise, Settings};
+
+use self::judge::{Truth, judge, judge_truth};
+use self::watch::Watch;
+use crate::output::{phase, progress};
+use crate::setup;
+
+/// What to draw.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Options {
+    /// Only cases whose name or group contains one of these [default: all]
+    #[arg(value_name = "CASE")]
+    pub cases: Vec<String>,
+    /// Algorithms, separated by commas; the ground truth is always one [default: all]
+    #[arg(long, value_delimiter = ',')]
+    pub algorithms: Vec<String>,
+    /// List the cases and draw none
+    #[arg(long)]
+    pub list: bool,
+}
+
+/// How long a picture may take before it counts as hanging: all take milliseconds.
+const HANGS: Duration = Duration::from_secs(120);
+
+/// Every case.
+pub fn suite() -> Vec<Case> {
+    let groups = [
+        stiff::cases(),
+        geometry::cases(),
+        geometry::hard(),
+        views::cases(),
+        values::cases(),
+        grids::cases(),
+        laws::cases(),
+    ];
+    groups.into_iter().flatten().collect()
+}
+
+/// Draws the suite, prints the matrix, and returns whether nothing is wrong.
+pub fn run(options: &Options) -> Result<bool, Error> {
+    let cases = chosen(&options.cases)?;
+    if options.list {
+        for case in &cases {
+            println!("{case:?}");
+        }
+        return Ok(true);
+    }
+    let algorithms = algorithms(&options.algorithms)?;
+    if algorithms.iter().any(|algorithm| algorithm.needs_gpu)
+        && let Err(error) = setup::setup()
+    {
+        eprintln!("{error}; drawing on the CPU alone");
+    }
+    let matrix = Matrix::draw(&cases, &algorithms, &Context::new())?;
+    print!("{}", matrix.to_table());
+    for fault in matrix.faults() {
+        eprintln!("{fault}");
+    }
+    let ratios = stress::ratios(&cases)?;
+    let worst = ratios.iter().take(3);
+    let worst: Vec<String> = worst
+        .map(|(case, ratio)| format!("{ratio:.1} ({case})"))
+        .collect();
+    println!(
+        "For each cell that rays cross, the ground truth took at most so many times as long as for a benign \
+         mesh of as many cells: {}.",
+        worst.join(", ")
+    );
+    let too_long = ratios.iter().filter(|(_, ratio)| *ratio > stress::MOST);
+    let too_long: Vec<&String> = too_long.map(|(case, _)| case).collect();
+    for case in &too_long {
+        eprintln!(
+            "{case}: the ground truth takes more than {} times as long",
+            stress::MOST
+        );
+    }
+    eprintln!("{}", matrix.verdict());
+    Ok(matrix.passed() && too_long.is_empty())
+}
+
+/// The cases that contain one of `names`.
+fn chosen(names: &[String]) -> Result<Vec<Case>, Error> {
+    let mut cases = suite();
+    let is_named = |case: &Case, name: &String| format!("{case:?}").contains(name.as_str());
+    if let Some(name) = names
+        .iter()
+        .find(|name| !cases.iter().any(|case| is_named(case, name)))
+    {
+        return Err(Error::Usage {
+            what: format!("no case has '{name}' in its name"),
+            help: Some("`cargo xtask stability --list` lists them".into()),
+        });
+    }
+    cases.retain(|case| names.is_empty() || names.iter().any(|name| is_named(case, name)));
+    Ok(cases)
+}
+
+/// Those that were asked for, in the registry's order, without the ground truth.
+fn algorithms(names: &[String]) -> Result<Vec<&'static Algorithm>, Error> {
+    for name in names {
+        tetrascope::algorithm(name)?;
+    }
+    let is_asked = |a: &&Algorithm| names.is_empty() || names.iter().any(|name| name == a.name);
+    let others = tetrascope::algorithms().iter().filter(|a| !a.is_truth());
+    Ok(others.filter(is_asked).collect())
+}
+
+impl Matrix {
+    /// Draws `cases` with the ground truth and with these algorithms.
+    ///
+    /// # Errors
+    /// The ground truth does not draw a case.
+    pub fn draw(
+        cases: &[Case],
+        algorithms: &[&'static Algorithm],
+        context: &Context,
+    ) -> Result<Matrix, Error> {
+        let progress = progress(cases.len() as u64);
+        let columns = algorithms.iter().map(|algorithm| algorithm.name);
+        let mut matrix = Matrix::new(columns.collect());
+        let watch = Watch::new(HANGS);
+        for case in cases {
+            phase(&progress, &format!("{case:?}"));
+            let draw = |shot| {
+                let _watched = watch.over(format!("{case:?}: the ground truth"));
+                Truth::of(shot, &case.expected)
+            };
+            let truths = case.shots.iter().map(draw).collect::<Result<Vec<_>, _>>()?;
+            let cells = algorithms.iter().map(|algorithm| {
+                if algorithm.needs_gpu && context.gpu().is_err() {
+                    return Cell::NotDrawn("there is no graphics adapter".into());
+                }
+                let of = |setting: &'static str| {
+                    let _watched = watch.over(format!("{case:?}: {} {setting}", algorithm.name));
+                    (setting, judge(case, &truths, (algorithm, setting), context))
+                };
+                Cell::of(settings(algorithm, case).into_iter().map(of).collect())
+            });
+            matrix.lines.push(Line {
+                group: case.group,
+                name: case.name.clone(),
+                truth: judge_truth(case, &truths),
+                cells: cells.collect(),
+            });
+            progress.inc(1);
+        }
+        progress.finish_and_clear();
+        Ok(matrix)
+    }
+}
+
+/// Thresholds at which rays may stop, beside those of the sweep.
+const STOPS: [&str; 2] = ["stop-opacity=0.5", "stop-opacity=0.99999994"];
+
+/// Of the sweep under a case's optical model, the settings that promise something, and the first, which
+/// is the most usual; where it is stiff, rays that stop early, too.
+fn settings(algorithm: &Algorithm, case: &Case) -> Vec<&'static str> {
+    let model = case.shots[0].appearance.optical_model;
+    let sweep = (algorithm.sweep)(model).iter().copied().enumerate();
+    let is_held = |(i, setting): &(usize, &'static str)| {
+        let settings = Settings::parse(algorithm, setting.split(',')).expect("the sweep is valid");
+        *i == 0 || (algorithm.promise)(&settings) != Promise::Open
+    };
+    let held = sweep.filter(is_held).map(|(_, setting)| setting);
+    let stops = STOPS.into_iter().filter(|stop| {
+        case.group == Group::Stiff && Settings::parse(algorithm, stop.split(',')).is_ok()
+    });
+    held.chain(stops).collect()
+}

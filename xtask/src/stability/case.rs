@@ -1,0 +1,190 @@
+//! What a case of the suite is: scenes, and what is known of their pictures.
+
+use std::fmt;
+
+use tetrascope::core::{Appearance, Ray, View, Volume};
+
+/// What makes a case hard.
+#[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd)]
+pub enum Group {
+    /// Extinctions and transfer functions over many decades.
+    Stiff,
+    /// Cells and meshes without the shape that algorithms like.
+    Geometry,
+    /// Cameras and pictures.
+    Views,
+    /// Scalars that floats hold badly or not at all.
+    Values,
+    /// Regular grids that are any of this.
+    Grids,
+    /// What physics says about two pictures or more.
+    Laws,
+}
+
+impl Group {
+    /// In the order in which they are drawn.
+    pub const ALL: [Group; 6] = [
+        Group::Stiff,
+        Group::Geometry,
+        Group::Views,
+        Group::Values,
+        Group::Grids,
+        Group::Laws,
+    ];
+
+    /// In a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Group::Stiff => "stiff",
+            Group::Geometry => "geometry",
+            Group::Views => "views",
+            Group::Values => "values",
+            Group::Grids => "grids",
+            Group::Laws => "laws",
+        }
+    }
+}
+
+/// One picture that is drawn.
+#[derive(Clone)]
+pub struct Shot {
+    /// What is drawn.
+    pub volume: Volume,
+    /// How it looks.
+    pub appearance: Appearance,
+    /// From where.
+    pub view: View,
+    /// Its columns are compared in reverse order.
+    pub mirrored: bool,
+}
+
+impl Shot {
+    /// A picture whose columns are as they are.
+    pub(super) fn new(volume: Volume, appearance: Appearance, view: View) -> Shot {
+        Shot {
+            volume,
+            appearance,
+            view,
+            mirrored: false,
+        }
+    }
+
+    /// A picture's pixels in the order in which a case compares them.
+    pub(super) fn in_order<T: Copy>(&self, pixels: &[T]) -> Vec<T> {
+        let row = self.view.width as usize;
+        match self.mirrored {
+            true => pixels
+                .chunks(row)
+                .flat_map(|row| row.iter().rev().copied())
+                .collect(),
+            false => pixels.to_vec(),
+        }
+    }
+}
+
+/// A ray's premultiplied linear RGBA.
+pub type Light = Box<dyn Fn(&Ray) -> [f64; 4] + Send + Sync>;
+
+/// What is known about the pictures of a case beside what the ground truth says of each.
+pub enum Expected {
+    /// Nothing.
+    Truth,
+    /// Each ray's light.
+    Light(Light),
+    /// All are the first.
+    Same,
+    /// Of a pixel in all pictures: what is nothing where physics holds, and how many times their errors
+    /// that may be.
+    Law(fn(&[[f64; 4]]) -> [f64; 4], f64),
+}
+
+/// Scenes that are hard to draw, and what is known of their pictures.
+pub struct Case {
+    /// What makes it hard.
+    pub group: Group,
+    /// A few words.
+    pub name: String,
+    /// What is drawn; not empty.
+    pub shots: Vec<Shot>,
+    /// What is known.
+    pub expected: Expected,
+    /// What f32 cannot hold of it: how far a channel may differ for that, in parts of the greatest
+    /// channel, and why.
+    pub allowed: Option<(f64, &'static str)>,
+    /// Whether any way of sampling gives this picture, so that those that promise nothing are held to it.
+    pub holds_for_all: bool,
+}
+
+impl Case {
+    /// One scene, of which the ground truth alone says what it looks like.
+    pub(super) fn new(group: Group, name: impl Into<String>, shot: Shot) -> Case {
+        Case {
+            group,
+            name: name.into(),
+            shots: vec![shot],
+            expected: Expected::Truth,
+            allowed: None,
+            holds_for_all: false,
+        }
+    }
+
+    /// One scene whose rays' light is known.
+    pub(super) fn known(
+        group: Group,
+        name: impl Into<String>,
+        shot: Shot,
+        light: impl Fn(&Ray) -> [f64; 4] + Send + Sync + 'static,
+    ) -> Case {
+        Case {
+            expected: Expected::Light(Box::new(light)),
+            ..Case::new(group, name, shot)
+        }
+    }
+
+    /// Scenes that look alike.
+    pub(super) fn same(group: Group, name: impl Into<String>, shots: Vec<Shot>) -> Case {
+        Case {
+            group,
+            name: name.into(),
+            shots,
+            expected: Expected::Same,
+            allowed: None,
+            holds_for_all: false,
+        }
+    }
+
+    /// Scenes whose pixels are bound by a law.
+    pub(super) fn law(
+        name: impl Into<String>,
+        shots: Vec<Shot>,
+        residual: fn(&[[f64; 4]]) -> [f64; 4],
+        gain: f64,
+    ) -> Case {
+        Case {
+            expected: Expected::Law(residual, gain),
+            ..Case::same(Group::Laws, name, shots)
+        }
+    }
+
+    /// Demands the picture of those, too, that promise nothing.
+    #[must_use]
+    pub(super) fn for_all(self) -> Case {
+        Case {
+            holds_for_all: true,
+            ..self
+        }
+    }
+
+    /// Allows what f32 cannot hold.
+    #[must_use]
+    pub(super) fn allowing(mut self, difference: f64, reason: &'static str) -> Case {
+        self.allowed = Some((difference, reason));
+        self
+    }
+}
+
+impl fmt::Debug for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.group.name(), self.name)
+    }
+}

@@ -1,0 +1,47 @@
+//! Stiff and extreme cases with every algorithm, in its settings that promise something.
+
+use tetrascope_testing::say;
+use xtask::stability::{Group, Matrix, suite};
+use xtask::testing::{algorithms, context};
+
+/// Draws the cases of a group, and fails with all that is wrong.
+fn check(group: Group) {
+    let mut cases = suite();
+    cases.retain(|case| case.group == group);
+    let mut algorithms = algorithms(&format!("stability: {}", group.name()));
+    algorithms.retain(|algorithm| !algorithm.is_truth());
+    let matrix = Matrix::draw(&cases, &algorithms, context()).expect("the ground truth draws all");
+    say(&matrix.to_table());
+    let faults = matrix.faults();
+    assert!(matrix.passed(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn stiff_transfer_functions_are_drawn_as_promised() {
+    check(Group::Stiff);
+}
+
+#[test]
+fn extreme_meshes_are_drawn_as_promised() {
+    check(Group::Geometry);
+}
+
+#[test]
+fn extreme_views_are_drawn_as_promised() {
+    check(Group::Views);
+}
+
+#[test]
+fn extreme_values_are_drawn_as_promised() {
+    check(Group::Values);
+}
+
+#[test]
+fn extreme_grids_are_drawn_as_promised() {
+    check(Group::Grids);
+}
+
+#[test]
+fn laws_of_physics_hold() {
+    check(Group::Laws);
+}
