@@ -82,7 +82,6 @@ mod predicate;
 mod ray;
 mod tile;
 mod trace;
-mod units;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -90,9 +89,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
+use tetrascope_core::scalar_units::Floats;
 use tetrascope_core::{
-    Abilities, Appearance, Entry, Error, Frame, OpticalModel, Promise, TetMesh, View, Volume,
-    VolumeRenderer,
+    Abilities, Appearance, Entry, Error, Frame, OpticalModel, Promise, ScalarUnits, TetMesh, View,
+    Volume, VolumeRenderer,
 };
 
 pub use image::ReferenceImage;
@@ -107,7 +107,6 @@ use grid::GridBody;
 use look::Look;
 use ray::Outcome;
 use tile::{SIDE, Scene, Workspace};
-use units::ScalarUnits;
 
 /// The name in lists and messages.
 pub const NAME: &str = "reference";
@@ -383,7 +382,7 @@ impl Body {
                     }
                     _ => (Arc::new(Geometry::new(new)), 1),
                 };
-                let units = ScalarUnits::of(new);
+                let units = ScalarUnits::of_range(new.scalar_range(), Floats::F64);
                 let mesh = units.mesh(new);
                 let body = Body::Mesh {
                     mesh,

@@ -3,7 +3,8 @@
 use std::ops::RangeInclusive;
 
 use tetrascope_core::grid::Lattice;
-use tetrascope_core::{Error, Settings, TetMesh};
+use tetrascope_core::scalar_units::Floats;
+use tetrascope_core::{Error, ScalarUnits, Settings, TetMesh};
 use tetrascope_slicing::{Domain, SlicingOptions};
 
 use crate::ENTRY;
@@ -164,6 +165,26 @@ impl ResamplingOptions {
             domain: self.domain.map(Domain::of_floats).or(self.slicing.domain),
             ..self.slicing.clone()
         }
+    }
+
+    /// The units in which samples of `mesh` are taken: 32-bit floats hold few values of a field that is
+    /// nearly constant.
+    pub(crate) fn units(&self, mesh: &TetMesh) -> ScalarUnits {
+        let domain = self.domain.or(self.slicing.domain);
+        let range = domain.map_or_else(|| mesh.scalar_range(), |domain| domain.scalar_range);
+        ScalarUnits::of_range(range, Floats::F32)
+    }
+
+    /// The same of a field in other units.
+    pub(crate) fn in_units(&self, units: &ScalarUnits) -> ResamplingOptions {
+        let moved = |domain: Domain| Domain {
+            scalar_range: domain.scalar_range.map(|range| units.range(range)),
+            ..domain
+        };
+        let mut options = self.clone();
+        options.domain = options.domain.map(moved);
+        options.slicing.domain = options.slicing.domain.map(moved);
+        options
     }
 
     /// The places of the samples of `mesh`.

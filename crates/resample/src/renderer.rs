@@ -1,6 +1,8 @@
 //! The renderer: a mesh, its samples, and slices of them.
 
-use tetrascope_core::{Appearance, Error, Frame, View, Volume, VolumeRenderer};
+use tetrascope_core::{
+    Appearance, Error, Frame, ScalarUnits, TetMesh, View, Volume, VolumeRenderer,
+};
 use tetrascope_gpu::{Canvas, Commands, Draw, Gpu, Recorded, Target, draw};
 use tetrascope_slicing::Slicing;
 
@@ -30,6 +32,10 @@ enum Way {
 /// A mesh, its samples, and what draws those.
 #[derive(Debug)]
 struct Gridded {
+    /// Those of the samples.
+    units: ScalarUnits,
+    /// In the field's own units.
+    appearance: Appearance,
     resampler: Resampler,
     slicing: Slicing,
     cell_count: usize,
@@ -54,23 +60,15 @@ impl Resampling {
                 way: Way::Slices(Box::new(slices)),
             });
         }
-        let mesh = mesh_of(volume)?;
-        let lattice = options.lattice(mesh)?;
-        let resampler = Resampler::new(gpu, mesh, &lattice, &options.resampler)?;
-        resampler.resample()?;
-        let grid = resampler.grid();
-        let slicing = Slicing::from_device(gpu, grid, appearance, &options.slicing());
+        let gridded = Gridded::new(gpu, mesh_of(volume)?, appearance, options)?;
         Ok(Resampling {
             options: options.clone(),
-            way: Way::Grid(Box::new(Gridded {
-                slicing: slicing.map_err(renamed)?,
-                resampler,
-                cell_count: mesh.cell_count(),
-            })),
+            way: Way::Grid(Box::new(gridded)),
         })
     }
 
-    /// The mesh and its samples, in [`Mode::Grid`].
+    /// The mesh and its samples, in [`Mode::Grid`]; those of a field that 32-bit floats hold badly are in
+    /// other units than the field ([`ScalarUnits`]).
     pub fn resampler(&self) -> Option<&Resampler> {
         match &self.way {
             Way::Grid(gridded) => Some(&gridded.resampler),
@@ -89,7 +87,14 @@ impl VolumeRenderer for Resampling {
             Way::Grid(gridded) => gridded,
         };
         let mesh = mesh_of(volume)?;
+        if self.options.units(mesh) != gridded.units {
+            let gpu = gridded.slicing.canvas().gpu();
+            let new = Gridded::new(gpu, mesh, &gridded.appearance, &self.options)?;
+            **gridded = new;
+            return Ok(());
+        }
         let lattice = self.options.lattice(mesh)?;
+        let mesh = &gridded.units.mesh(mesh);
         gridded.resampler.reload_on(mesh, &lattice)?;
         let resampler = &gridded.resampler;
         gridded
@@ -102,7 +107,7 @@ impl VolumeRenderer for Resampling {
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
         match &mut self.way {
-            Way::Grid(gridded) => gridded.slicing.restyle(appearance).map_err(renamed),
+            Way::Grid(gridded) => gridded.restyle(appearance),
             Way::Slices(slices) => slices.restyle(appearance),
         }
     }
@@ -134,6 +139,35 @@ impl Draw for Resampling {
 }
 
 impl Gridded {
+    fn new(
+        gpu: &Gpu,
+        mesh: &TetMesh,
+        appearance: &Appearance,
+        options: &ResamplingOptions,
+    ) -> Result<Gridded, Error> {
+        let lattice = options.lattice(mesh)?;
+        let units = options.units(mesh);
+        let (options, mesh) = (options.in_units(&units), units.mesh(mesh));
+        let resampler = Resampler::new(gpu, &mesh, &lattice, &options.resampler)?;
+        resampler.resample()?;
+        let look = units.appearance(appearance);
+        let slicing = Slicing::from_device(gpu, resampler.grid(), &look, &options.slicing());
+        Ok(Gridded {
+            units,
+            appearance: appearance.clone(),
+            slicing: slicing.map_err(renamed)?,
+            resampler,
+            cell_count: mesh.cell_count(),
+        })
+    }
+
+    fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        let look = self.units.appearance(appearance);
+        self.slicing.restyle(&look).map_err(renamed)?;
+        self.appearance = appearance.clone();
+        Ok(())
+    }
+
     fn record(
         &self,
         commands: &mut Commands,

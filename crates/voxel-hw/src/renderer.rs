@@ -1,7 +1,10 @@
 //! The renderer: a mesh, its voxels, and what draws them.
 
 use tetrascope_core::grid::{Interpolation, Lattice};
-use tetrascope_core::{Appearance, Error, Frame, Settings, TetMesh, View, Volume, VolumeRenderer};
+use tetrascope_core::scalar_units::Floats;
+use tetrascope_core::{
+    Appearance, Error, Frame, ScalarUnits, Settings, TetMesh, View, Volume, VolumeRenderer,
+};
 use tetrascope_gpu::{Canvas, Commands, DeviceGrid, Draw, Gpu, Recorded, Target, draw};
 use tetrascope_slicing::{Domain, Slicing, SlicingOptions};
 
@@ -70,6 +73,29 @@ impl VoxelizationOptions {
         })
     }
 
+    /// The units in which voxels of `mesh` are made: 32-bit floats hold few values of a field that is
+    /// nearly constant.
+    fn units(&self, mesh: &TetMesh) -> ScalarUnits {
+        let of_domain = self.domain.or(self.slicing.domain).map(|d| d.scalar_range);
+        let range = self.voxelizer.scalar_range.map(Some).or(of_domain);
+        let range = range.unwrap_or_else(|| mesh.scalar_range());
+        ScalarUnits::of_range(range, Floats::F32)
+    }
+
+    /// The same of a field in other units.
+    fn in_units(&self, units: &ScalarUnits) -> VoxelizationOptions {
+        let moved = |domain: Domain| Domain {
+            scalar_range: domain.scalar_range.map(|range| units.range(range)),
+            ..domain
+        };
+        let mut options = self.clone();
+        options.domain = options.domain.map(moved);
+        options.slicing.domain = options.slicing.domain.map(moved);
+        let range = options.voxelizer.scalar_range;
+        options.voxelizer.scalar_range = range.map(|range| units.range(range));
+        options
+    }
+
     /// How they are drawn.
     pub(crate) fn slicing(&self) -> SlicingOptions {
         SlicingOptions {
@@ -104,6 +130,10 @@ impl VoxelizationOptions {
 #[derive(Debug)]
 pub struct Voxelization {
     options: VoxelizationOptions,
+    /// Those of the voxels.
+    units: ScalarUnits,
+    /// In the field's own units.
+    appearance: Appearance,
     voxelizer: DeviceVoxelizer,
     drawing: Drawing,
     cell_count: usize,
@@ -130,28 +160,33 @@ impl Voxelization {
     ) -> Result<Voxelization, Error> {
         let mesh = mesh_of(volume)?;
         let lattice = options.lattice(mesh)?;
-        let voxelizer = DeviceVoxelizer::new(gpu, &options.voxelizer()?, mesh, &lattice)?;
+        let units = options.units(mesh);
+        let (inner, mesh) = (options.in_units(&units), units.mesh(mesh));
+        let voxelizer = DeviceVoxelizer::new(gpu, &inner.voxelizer()?, &mesh, &lattice)?;
         voxelizer.voxelize()?;
-        let grid = voxelizer.grid();
+        let (grid, look) = (voxelizer.grid(), units.appearance(appearance));
         let drawing = match options.textures {
             Textures::Volume => {
-                let slicing = Slicing::from_device(gpu, grid, appearance, &options.slicing());
+                let slicing = Slicing::from_device(gpu, grid, &look, &inner.slicing());
                 Drawing::Volume(Box::new(slicing.map_err(renamed)?))
             }
             Textures::Stacks => {
-                let stacks = Stacks::from_device(gpu, grid, appearance, &options.stacks)?;
+                let stacks = Stacks::from_device(gpu, grid, &look, &options.stacks)?;
                 Drawing::Stacks(Box::new(stacks))
             }
         };
         Ok(Voxelization {
             options: options.clone(),
+            units,
+            appearance: appearance.clone(),
             voxelizer,
             drawing,
             cell_count: mesh.cell_count(),
         })
     }
 
-    /// The mesh and its voxels.
+    /// The mesh and its voxels; those of a field that 32-bit floats hold badly are in other units than the
+    /// field ([`ScalarUnits`]).
     pub fn voxelizer(&self) -> &DeviceVoxelizer {
         &self.voxelizer
     }
@@ -176,7 +211,13 @@ impl VolumeRenderer for Voxelization {
     /// cells or other voxels.
     fn reload(&mut self, volume: &Volume) -> Result<(), Error> {
         let mesh = mesh_of(volume)?;
+        if self.options.units(mesh) != self.units {
+            let gpu = self.canvas().gpu();
+            *self = Voxelization::new(gpu, volume, &self.appearance, &self.options)?;
+            return Ok(());
+        }
         let lattice = self.options.lattice(mesh)?;
+        let mesh = &self.units.mesh(mesh);
         self.voxelizer.reload_on(mesh, &lattice)?;
         let voxelizer = &self.voxelizer;
         self.drawing
@@ -186,10 +227,13 @@ impl VolumeRenderer for Voxelization {
     }
 
     fn restyle(&mut self, appearance: &Appearance) -> Result<(), Error> {
+        let look = self.units.appearance(appearance);
         match &mut self.drawing {
-            Drawing::Volume(slicing) => slicing.restyle(appearance).map_err(renamed),
-            Drawing::Stacks(stacks) => stacks.restyle(appearance),
+            Drawing::Volume(slicing) => slicing.restyle(&look).map_err(renamed)?,
+            Drawing::Stacks(stacks) => stacks.restyle(&look)?,
         }
+        self.appearance = appearance.clone();
+        Ok(())
     }
 
     fn render(&self, view: &View) -> Result<Frame, Error> {
