@@ -111,6 +111,8 @@ pub struct Case {
     /// What f32 cannot hold of it: how far a channel may differ for that, in parts of the greatest
     /// channel, and why.
     pub allowed: Option<(f64, &'static str)>,
+    /// Whether an algorithm's pictures are alike, however far they are from the truth.
+    pub is_invariant: bool,
     /// Whether any way of sampling gives this picture, so that those that promise nothing are held to it.
     pub holds_for_all: bool,
 }
@@ -124,6 +126,7 @@ impl Case {
             shots: vec![shot],
             expected: Expected::Truth,
             allowed: None,
+            is_invariant: false,
             holds_for_all: false,
         }
     }
@@ -149,6 +152,7 @@ impl Case {
             shots,
             expected: Expected::Same,
             allowed: None,
+            is_invariant: false,
             holds_for_all: false,
         }
     }
@@ -163,6 +167,16 @@ impl Case {
         Case {
             expected: Expected::Law(residual, gain),
             ..Case::same(Group::Laws, name, shots)
+        }
+    }
+
+    /// Demands of each algorithm that its own pictures are alike: what differs is no reason to sample
+    /// elsewhere.
+    #[must_use]
+    pub(super) fn for_each(self) -> Case {
+        Case {
+            is_invariant: true,
+            ..self
         }
     }
 

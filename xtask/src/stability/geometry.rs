@@ -77,7 +77,7 @@ fn sizes() -> Case {
             scaled(&view, k, DVec3::ZERO),
         )
     });
-    Case::same(Group::Geometry, "lengths times 1e-30 to 1e30", shots.into())
+    Case::same(Group::Geometry, "lengths times 1e-30 to 1e30", shots.into()).for_each()
 }
 
 /// 1e7 sizes away, as meters on a map: points keep 9 digits of f64, 2⁻³⁰ of the size.
@@ -90,7 +90,7 @@ fn far_from_the_origin() -> Case {
         let volume = pieces.clone().moved(|p| p + by).volume();
         Shot::new(volume, plain(), scaled(&view, 1.0, by))
     });
-    Case::same(Group::Geometry, "1e7 sizes from the origin", shots.into())
+    Case::same(Group::Geometry, "1e7 sizes from the origin", shots.into()).for_each()
 }
 
 /// Lengths of the axes apart by 1e6.
@@ -157,7 +157,7 @@ fn duplicates() -> Case {
         let view = whole(&volume);
         Shot::new(volume, plain(), view)
     });
-    Case::same(Group::Geometry, "cells that are there twice", shots.into())
+    Case::same(Group::Geometry, "cells that are there twice", shots.into()).for_each()
 }
 
 /// Each cell with points of its own, and points that no cell names.
@@ -177,6 +177,7 @@ fn unshared_points() -> Case {
         "points that are not shared or not used",
         shots.into(),
     )
+    .for_each()
 }
 
 /// Hexahedra on the cells of the cube, in each of which `corners` may exchange some.

@@ -104,6 +104,7 @@ fn sizes() -> Case {
         "a grid's lengths times 1e-30 to 1e30",
         shots.into(),
     )
+    .for_each()
 }
 
 /// Places and distances are sums of few powers of 2, which doubles have there, too.
@@ -122,6 +123,7 @@ fn far_from_the_origin() -> Case {
         "a grid 1e7 sizes from the origin",
         shots.into(),
     )
+    .for_each()
 }
 
 /// Axes that are turned, and one that is mirrored as well, with the camera.
@@ -152,6 +154,7 @@ fn turned() -> Case {
         "a grid that is turned or mirrored",
         shots.into(),
     )
+    .for_each()
 }
 
 /// The waves on samples that are this far apart along z, and a ¼ along x and y.
@@ -273,7 +276,7 @@ fn one_ulp() -> Case {
         ]);
         Shot::new(volume, appearance, view)
     });
-    Case::same(Group::Grids, "a grid with a range of one ulp", shots.into())
+    Case::same(Group::Grids, "a grid with a range of one ulp", shots.into()).for_each()
 }
 
 /// The waves times this.

@@ -9,11 +9,15 @@ use tetrascope::{Algorithm, Context, Promise, Settings};
 use tetrascope_testing::exactly;
 
 use super::case::{Case, Expected, Light, Shot};
-use crate::limits::limit;
+use crate::limits::{ROUNDING, limit};
 
 /// How far the ground truth may be from what is known, in parts of the greatest channel: sums over
 /// some 100 cells of values known to 1e-12, or where it says that it is worse, that.
 const TRUTH: f64 = 1e-9;
+
+/// How far two pictures of an algorithm may be apart that show the same, in parts of the greatest channel:
+/// both round as the limits say.
+const ALIKE: f64 = 2.0 * ROUNDING.1;
 
 /// How far from a pixel's center f32 may move its ray, pixels: 2⁻²⁴ of the distance of some hundred
 /// pixels is less. It decides what a ray along an outline sees.
@@ -215,6 +219,7 @@ pub(super) fn judge(
     let settings = Settings::parse(algorithm, setting.split(',')).expect("the sweep is valid");
     let promise = (algorithm.promise)(&settings);
     let mut judgment = Judgment::of_nothing(0.0);
+    let mut first: Option<Vec<[f64; 4]>> = None;
     for (shot, truth) in case.shots.iter().zip(truths) {
         let drawn = (algorithm.supports)(&shot.volume, &shot.appearance, &shot.view, &settings)
             .and_then(|()| {
@@ -230,8 +235,34 @@ pub(super) fn judge(
             }
         };
         judge_shot(&mut judgment, case, shot, truth, &frame, promise);
+        if case.is_invariant {
+            let pixels = shot.in_order(&exactly(&frame));
+            match &first {
+                Some(first) => judge_alike(&mut judgment, shot, truth, (first, &pixels)),
+                None => first = Some(pixels),
+            }
+        }
     }
     Outcome::Drawn(judgment)
+}
+
+/// An algorithm's picture beside its first one.
+fn judge_alike(
+    judgment: &mut Judgment,
+    shot: &Shot,
+    truth: &Truth,
+    (first, other): (&[[f64; 4]], &[[f64; 4]]),
+) {
+    for (pixel, (a, b)) in first.iter().zip(other).enumerate() {
+        let relative = greatest_difference(a, b) / truth.scale;
+        // A pixel that a ray beside its own explains is explained in either.
+        if relative > ALIKE && !truth.explains(&shot.view, pixel, *b, ALIKE * truth.scale) {
+            judgment.fault.get_or_insert(format!(
+                "pixel {:?} is {relative:.1e} from its own in the first picture: {a:?}, then {b:?}",
+                place(pixel, &shot.view)
+            ));
+        }
+    }
 }
 
 /// One picture beside the ground truth's.
@@ -298,7 +329,7 @@ fn judge_shot(
 /// What no picture shows, whatever is drawn: opacities outside of [0, 1], and light of less than none.
 fn impossible(pixel: [f64; 4], appearance: &Appearance, view: &View) -> Option<String> {
     // Rounding of sums, as in the limits.
-    let slack = crate::limits::ROUNDING.1;
+    let slack = ROUNDING.1;
     let has_opacity = appearance.optical_model != OpticalModel::Emission;
     let over_nothing = view.background[3] == 0.0;
     if has_opacity && !(-slack..=1.0 + slack).contains(&pixel[3]) {
@@ -383,6 +414,22 @@ mod tests {
                 .fault
                 .is_some()
         );
+    }
+
+    #[test]
+    fn pictures_that_shall_be_alike_are_held_to_each_other() {
+        let case = case();
+        let truth = Truth::of(&case.shots[0], &case.expected).expect("it draws all");
+        let judged = |change: f64| {
+            let mut other = truth.pixels.clone();
+            other[300][2] += change;
+            let mut judgment = Judgment::of_nothing(0.0);
+            let pictures = (truth.pixels.as_slice(), other.as_slice());
+            judge_alike(&mut judgment, &case.shots[0], &truth, pictures);
+            judgment.fault
+        };
+        assert_eq!(judged(1e-5), None);
+        assert!(judged(1e-2).is_some());
     }
 
     #[test]

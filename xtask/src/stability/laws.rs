@@ -132,6 +132,7 @@ fn permutations() -> Case {
         "cells and points in another order",
         [pieces, other_cells, other_points],
     )
+    .for_each()
 }
 
 fn orientations() -> Case {
@@ -140,7 +141,7 @@ fn orientations() -> Case {
     for cell in turned.cells.iter_mut().step_by(2) {
         cell.swap(0, 3);
     }
-    alike("cells' orientation", [pieces, turned])
+    alike("cells' orientation", [pieces, turned]).for_each()
 }
 
 /// A flat cell in the middle of each edge's cells: between two cells, along the edge that they share.
@@ -235,7 +236,7 @@ fn field_in_other_units() -> Case {
         }
         Shot::new(pieces.volume(), look(knots), view)
     });
-    same("the field in other units", shots)
+    same("the field in other units", shots).for_each()
 }
 
 fn knots_that_change_nothing() -> Case {
@@ -247,7 +248,7 @@ fn knots_that_change_nothing() -> Case {
         more.push(knot(scalar, color, extinction));
     }
     more.sort_by(|a, b| a.scalar.total_cmp(&b.scalar));
-    alike_looks("knots between knots", [look(knots), look(more)])
+    alike_looks("knots between knots", [look(knots), look(more)]).for_each()
 }
 
 /// White before white is white, whatever the extinction (numerics: the white furnace).

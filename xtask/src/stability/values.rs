@@ -91,7 +91,7 @@ fn field(name: &str, factor: f64, offset: f64) -> Case {
         ]);
         Shot::new(pieces.volume(), appearance, view)
     });
-    Case::same(Group::Values, name, shots.into())
+    Case::same(Group::Values, name, shots.into()).for_each()
 }
 
 /// Two values that are neighbors in f64, and the same picture with 0 and 1. No knot fits between them.
@@ -106,5 +106,5 @@ fn one_ulp() -> Case {
         ]);
         Shot::new(volume, appearance, view)
     });
-    Case::same(Group::Values, "a range of one ulp", shots.into())
+    Case::same(Group::Values, "a range of one ulp", shots.into()).for_each()
 }
