@@ -19,6 +19,7 @@ pub mod limits;
 pub mod machine;
 pub mod metrics;
 mod output;
+mod page;
 pub mod panel;
 pub mod picture;
 pub mod plot;

@@ -6,14 +6,17 @@
 //!    same, laws of physics.
 //! 3. Every algorithm draws it with each setting that promises something, and with its default one, and
 //!    is held to its promise (`judge`). Nothing may fail, be infinite, or take a minute.
-//! 4. The `matrix` says how far each algorithm was from the truth in each case.
+//! 4. The `matrix` says how far each algorithm was from the truth in each case, and `page` shows it. What is
+//!    wrong is `kept` as a scene that `tetrascope render` opens.
 
 mod case;
 mod geometry;
 mod grids;
 mod judge;
+mod kept;
 mod laws;
 mod matrix;
+mod page;
 mod scenes;
 mod stiff;
 mod stress;
@@ -23,8 +26,10 @@ mod watch;
 
 pub use case::{Case, Expected, Group, Light, Shot};
 pub use judge::{Judgment, Outcome};
+pub use kept::keep;
 pub use matrix::{Cell, Line, Matrix};
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use tetrascope::core::Error;
@@ -32,8 +37,8 @@ use tetrascope::{Algorithm, Context, Promise, Settings};
 
 use self::judge::{Truth, judge, judge_truth};
 use self::watch::Watch;
-use crate::output::{phase, progress};
-use crate::setup;
+use crate::output::{phase, progress, write};
+use crate::{machine, setup};
 
 /// What to draw.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -44,6 +49,9 @@ pub struct Options {
     /// Algorithms, separated by commas; the ground truth is always one [default: all]
     #[arg(long, value_delimiter = ',')]
     pub algorithms: Vec<String>,
+    /// The folder of index.html, and of scenes that are drawn wrongly [default: target/stability]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// List the cases and draw none
     #[arg(long)]
     pub list: bool,
@@ -66,7 +74,7 @@ pub fn suite() -> Vec<Case> {
     groups.into_iter().flatten().collect()
 }
 
-/// Draws the suite, prints the matrix, and returns whether nothing is wrong.
+/// Draws the suite, prints the matrix, writes the page, and returns whether nothing is wrong.
 pub fn run(options: &Options) -> Result<bool, Error> {
     let cases = chosen(&options.cases)?;
     if options.list {
@@ -76,26 +84,35 @@ pub fn run(options: &Options) -> Result<bool, Error> {
         return Ok(true);
     }
     let algorithms = algorithms(&options.algorithms)?;
-    if algorithms.iter().any(|algorithm| algorithm.needs_gpu)
-        && let Err(error) = setup::setup()
-    {
-        eprintln!("{error}; drawing on the CPU alone");
-    }
+    let adapter = match algorithms.iter().any(|algorithm| algorithm.needs_gpu) {
+        true => setup::setup()
+            .inspect_err(|error| eprintln!("{error}; drawing on the CPU alone"))
+            .ok(),
+        false => None,
+    };
     let matrix = Matrix::draw(&cases, &algorithms, &Context::new())?;
+    let ratios = stress::ratios(&cases)?;
+    let stress = stress::sentence(&ratios);
     print!("{}", matrix.to_table());
+    println!("{stress}");
+    let folder = options
+        .out
+        .clone()
+        .unwrap_or_else(|| machine::target().join("stability"));
+    for (case, line) in cases.iter().zip(&matrix.lines) {
+        if !line.is_well() {
+            for (number, shot) in case.shots.iter().enumerate() {
+                let path = keep(&folder, &format!("{case:?} {number}"), shot)?;
+                eprintln!("kept {}", path.display());
+            }
+        }
+    }
+    let page = folder.join("index.html");
+    write(&page, matrix.to_html(adapter.as_deref(), &stress))?;
+    eprintln!("wrote {}", page.display());
     for fault in matrix.faults() {
         eprintln!("{fault}");
     }
-    let ratios = stress::ratios(&cases)?;
-    let worst = ratios.iter().take(3);
-    let worst: Vec<String> = worst
-        .map(|(case, ratio)| format!("{ratio:.1} ({case})"))
-        .collect();
-    println!(
-        "For each cell that rays cross, the ground truth took at most so many times as long as for a benign \
-         mesh of as many cells: {}.",
-        worst.join(", ")
-    );
     let too_long = ratios.iter().filter(|(_, ratio)| *ratio > stress::MOST);
     let too_long: Vec<&String> = too_long.map(|(case, _)| case).collect();
     for case in &too_long {

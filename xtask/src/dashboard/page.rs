@@ -2,8 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
 
 use super::history::{Estimate, History, NOISE, Place, Run, Verdict, verdict};
@@ -11,6 +9,7 @@ use super::papers::ShownPaper;
 use super::precision::Precision;
 use super::trend::{self, Point};
 use crate::diagrams::style;
+use crate::page::html;
 use crate::panel::STYLES;
 
 /// What the template sees.
@@ -160,18 +159,7 @@ fn trend(history: &History, id: &str, machine: &Place, what: &str) -> Option<Tre
 
 impl Page<'_> {
     fn to_html(&self) -> String {
-        let mut environment = Environment::new();
-        environment.set_auto_escape_callback(|_| AutoEscape::Html);
-        for (name, template) in [
-            ("index.html", include_str!("page.html")),
-            ("style.css", include_str!("../style.css")),
-        ] {
-            let added = environment.add_template(name, template);
-            added.expect("the template is valid");
-        }
-        let page = environment.get_template("index.html").expect("added above");
-        page.render(Serde(self))
-            .expect("the template fits the page")
+        html(include_str!("page.html"), self, |_| ())
     }
 }
 

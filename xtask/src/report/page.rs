@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
 
 use super::numbers::{milliseconds, scientific};
@@ -16,6 +14,7 @@ use crate::answer::Answer;
 use crate::diagrams::Diagrams;
 use crate::figures::Measured;
 use crate::metrics::{BINS, FIRST_DECADE};
+use crate::page::html;
 use crate::sweep::{self, Section};
 
 /// What a page shows besides its report and pictures, measured before.
@@ -56,15 +55,6 @@ struct ShownModel<'a> {
 impl Report {
     /// The report as one HTML page that needs no other file.
     pub fn to_html(&self, pictures: &Pictures, extras: &Extras) -> String {
-        let mut environment = Environment::new();
-        environment.set_auto_escape_callback(|_| AutoEscape::Html);
-        environment.add_filter("scientific", scientific);
-        environment.add_filter("ms", milliseconds);
-        sweep::add_to(&mut environment);
-        environment
-            .add_template("index.html", include_str!("page.html"))
-            .expect("the template is valid");
-        let page = environment.get_template("index.html").expect("added above");
         let mut shown = pictures::shown(pictures);
         let scenes = self.scenes.iter().enumerate();
         let models = scenes.map(|(s, scene)| {
@@ -88,8 +78,11 @@ impl Report {
             legend_models: crate::plot::COLORS,
             script: include_str!("viewer.js"),
         };
-        page.render(Serde(&page_data))
-            .expect("the template fits the report")
+        html(include_str!("page.html"), &page_data, |environment| {
+            environment.add_filter("scientific", scientific);
+            environment.add_filter("ms", milliseconds);
+            sweep::add_to(environment);
+        })
     }
 }
 

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use base64::Engine as _;
 use image::RgbaImage;
 use serde::Serialize;
 
 use super::Row;
 use super::numbers::scientific;
 use crate::diagrams::words;
+use crate::page;
 use crate::picture::{SignedMap, around, mean_of_boxes, small_png, strongest_of_boxes};
 
 /// What one algorithm drew.
@@ -131,6 +131,5 @@ impl Picture {
 
 /// A picture as a `data:` address.
 fn address(image: &RgbaImage) -> String {
-    let base64 = base64::engine::general_purpose::STANDARD;
-    format!("data:image/png;base64,{}", base64.encode(small_png(image)))
+    page::address(&small_png(image))
 }

@@ -2,16 +2,14 @@
 
 use std::path::Path;
 
-use base64::Engine as _;
 use image::RgbaImage;
-use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
 use tetrascope::core::Error;
 
 use super::compare::{Left, Store, difference_in_steps, steps_map};
 use super::texts::Text;
 use crate::output::write;
+use crate::page::{address, html};
 use crate::picture::png;
 
 /// What the template sees.
@@ -97,26 +95,9 @@ fn picture(left: &Left) -> Picture {
     }
 }
 
-/// A PNG file as a `data:` address.
-fn address(png: &[u8]) -> String {
-    let base64 = base64::engine::general_purpose::STANDARD;
-    format!("data:image/png;base64,{}", base64.encode(png))
-}
-
 impl Page {
     fn to_html(&self) -> String {
-        let mut environment = Environment::new();
-        environment.set_auto_escape_callback(|_| AutoEscape::Html);
-        for (name, template) in [
-            ("index.html", include_str!("page.html")),
-            ("style.css", include_str!("../style.css")),
-        ] {
-            let added = environment.add_template(name, template);
-            added.expect("the template is valid");
-        }
-        let page = environment.get_template("index.html").expect("added above");
-        page.render(Serde(self))
-            .expect("the template fits the page")
+        html(include_str!("page.html"), self, |_| ())
     }
 }
 

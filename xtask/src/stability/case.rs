@@ -60,7 +60,7 @@ pub struct Shot {
 
 impl Shot {
     /// A picture whose columns are as they are.
-    pub(super) fn new(volume: Volume, appearance: Appearance, view: View) -> Shot {
+    pub fn new(volume: Volume, appearance: Appearance, view: View) -> Shot {
         Shot {
             volume,
             appearance,
@@ -119,7 +119,7 @@ pub struct Case {
 
 impl Case {
     /// One scene, of which the ground truth alone says what it looks like.
-    pub(super) fn new(group: Group, name: impl Into<String>, shot: Shot) -> Case {
+    pub fn new(group: Group, name: impl Into<String>, shot: Shot) -> Case {
         Case {
             group,
             name: name.into(),

@@ -10,6 +10,7 @@ use tetrascope_testing::exactly;
 
 use super::case::{Case, Expected, Light, Shot};
 use crate::limits::{ROUNDING, limit};
+use crate::picture::{png, shown};
 
 /// How far the ground truth may be from what is known, in parts of the greatest channel: sums over
 /// some 100 cells of values known to 1e-12, or where it says that it is worse, that.
@@ -18,6 +19,9 @@ const TRUTH: f64 = 1e-9;
 /// How far two pictures of an algorithm may be apart that show the same, in parts of the greatest channel:
 /// both round as the limits say.
 const ALIKE: f64 = 2.0 * ROUNDING.1;
+
+/// Pixels along a side of a picture that is shown.
+const LONGEST_SHOWN: u32 = 64;
 
 /// How far from a pixel's center f32 may move its ray, pixels: 2⁻²⁴ of the distance of some hundred
 /// pixels is less. It decides what a ray along an outline sees.
@@ -34,6 +38,8 @@ pub struct Judgment {
     pub explained: usize,
     /// What is wrong, if anything is.
     pub fault: Option<String>,
+    /// The first shot, if it is small enough to be shown; a PNG file.
+    pub picture: Option<Vec<u8>>,
 }
 
 impl Judgment {
@@ -44,8 +50,14 @@ impl Judgment {
             allowed: Some(allowed),
             explained: 0,
             fault: None,
+            picture: None,
         }
     }
+}
+
+/// A picture as a PNG file, unless it is too long to be looked at.
+fn picture(frame: &Frame) -> Option<Vec<u8>> {
+    (frame.width.max(frame.height) <= LONGEST_SHOWN).then(|| png(&shown(frame)))
 }
 
 /// What a setting makes of a case.
@@ -140,6 +152,9 @@ pub(super) fn judge_truth(case: &Case, truths: &[Truth]) -> Judgment {
         .collect();
     let scale = truths.iter().fold(0.0, |s: f64, t| s.max(t.scale));
     let mut judgment = Judgment::of_nothing(TRUTH);
+    judgment.picture = truths
+        .first()
+        .and_then(|truth| picture(&truth.image.to_frame()));
     for picture in &pictures {
         let mut numbers = picture.pixels.iter().flatten().chain(&picture.wrong_by);
         if !numbers.all(|number| number.is_finite()) {
@@ -235,6 +250,9 @@ pub(super) fn judge(
             }
         };
         judge_shot(&mut judgment, case, shot, truth, &frame, promise);
+        if judgment.picture.is_none() {
+            judgment.picture = picture(&frame);
+        }
         if case.is_invariant {
             let pixels = shot.in_order(&exactly(&frame));
             match &first {

@@ -55,7 +55,7 @@ impl Cell {
     }
 
     /// The worst of the settings that promise most; of those with a fault, if there are any.
-    fn worst(&self) -> Option<&Judgment> {
+    pub(super) fn worst(&self) -> Option<&Judgment> {
         let Cell::Drawn(settings) = self else {
             return None;
         };
@@ -66,6 +66,14 @@ impl Cell {
             let by_promise = well_a.cmp(&well_b).then(may_a.total_cmp(&may_b));
             by_promise.then(b.greatest.total_cmp(&a.greatest))
         })
+    }
+}
+
+impl Line {
+    /// Whether nothing is wrong.
+    pub fn is_well(&self) -> bool {
+        let mut judgments = self.cells.iter().filter_map(Cell::worst);
+        self.truth.fault.is_none() && judgments.all(|judgment| judgment.fault.is_none())
     }
 }
 

@@ -50,6 +50,19 @@ pub(super) fn ratios(cases: &[Case]) -> Result<Vec<(String, f64)>, Error> {
     Ok(ratios)
 }
 
+/// The three worst, in a sentence.
+pub(super) fn sentence(ratios: &[(String, f64)]) -> String {
+    let worst = ratios.iter().take(3);
+    let worst: Vec<String> = worst
+        .map(|(case, ratio)| format!("{ratio:.1} ({case})"))
+        .collect();
+    format!(
+        "For each cell that rays cross, the ground truth took at most so many times as long as for a benign mesh of \
+         as many cells: {}.",
+        worst.join(", ")
+    )
+}
+
 /// Cubes along a side of a mesh of about so many cells.
 fn cubes(cells: usize) -> usize {
     ((cells as f64 / 6.0).cbrt().round() as usize).max(1)

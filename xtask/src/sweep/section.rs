@@ -1,13 +1,13 @@
 //! A sweep for people.
 
-use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment};
+use minijinja::Environment;
 use serde::Serialize;
 use tetrascope::voxel_hw::machine::Merge;
 
 use super::charts::{self, RateLine, WIDTHS, is_moved, rates, tornado};
 use super::plan::GENERATORS;
 use super::result::{Row, Sweep, SweptMesh, Weight};
+use crate::page::{self, html};
 use crate::report::{bytes, thousands};
 
 /// The part of a page on a sweep, ready to be written.
@@ -82,34 +82,19 @@ impl Section {
 
     /// A page of its own that needs no other file.
     pub fn to_html(&self) -> String {
-        let mut environment = Environment::new();
-        environment.set_auto_escape_callback(|_| AutoEscape::Html);
-        environment
-            .add_template("index.html", include_str!("page.html"))
-            .expect("the template is valid");
-        add_to(&mut environment);
-        let page = environment.get_template("index.html").expect("added above");
         #[derive(Serialize)]
         struct Page<'a> {
             machine: &'a Section,
         }
-        page.render(Serde(&Page { machine: self }))
-            .expect("the template fits the section")
+        html(include_str!("page.html"), &Page { machine: self }, add_to)
     }
 }
 
 /// Adds the templates that pages with a section include, and their filters.
-pub(crate) fn add_to(environment: &mut Environment<'_>) {
+pub(crate) fn add_to(environment: &mut Environment<'static>) {
     environment.add_filter("bytes", bytes);
     environment.add_filter("thousands", thousands);
-    for (name, template) in [
-        ("style.css", include_str!("../style.css")),
-        ("machine.html", include_str!("section.html")),
-    ] {
-        environment
-            .add_template(name, template)
-            .expect("the template is valid");
-    }
+    page::add(environment, "machine.html", include_str!("section.html"));
 }
 
 /// "128 × 49 × 34".

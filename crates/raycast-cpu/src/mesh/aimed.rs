@@ -13,8 +13,15 @@ use super::walk::walk;
 use super::*;
 use crate::simd::widest;
 
-/// Sends `count` rays through a mesh; those of one class at a time, in a block of one row a ray.
-fn shoot(kind: &HardMesh, level: Level, count: usize, seed: u64) -> (u64, Counts) {
+/// Sends `count` rays through a mesh, which may be spoilt before; those of one class at a time, in a block
+/// of one row a ray.
+fn shoot(
+    kind: &HardMesh,
+    level: Level,
+    count: usize,
+    seed: u64,
+    spoil: impl Fn(&mut Packed),
+) -> (u64, Counts) {
     let knot = |scalar| Knot {
         scalar,
         color: DVec3::ZERO,
@@ -24,7 +31,8 @@ fn shoot(kind: &HardMesh, level: Level, count: usize, seed: u64) -> (u64, Counts
     let appearance = Appearance::new(function, tetrascope_core::OpticalModel::Absorption);
     let source = kind.mesh();
     let options = RaycastCpuOptions::default();
-    let caster = Caster::new(&source, &appearance, &options).expect("a mesh");
+    let mut caster = Caster::new(&source, &appearance, &options).expect("a mesh");
+    spoil(&mut caster.mesh);
     let mesh = &caster.mesh;
     let normalization = mesh.places.normalization;
     let points = source.points().iter();
@@ -89,7 +97,7 @@ fn shoot(kind: &HardMesh, level: Level, count: usize, seed: u64) -> (u64, Counts
 fn shoot_all(level: Level, count: usize, seed: u64) -> u64 {
     let mut rays = 0;
     for kind in &HARD_MESHES {
-        let (shot, counts) = shoot(kind, level, count, seed);
+        let (shot, counts) = shoot(kind, level, count, seed, |_| ());
         let name = kind.name;
         assert_eq!((counts.lost, counts.unpaired), (0, 0), "{name}: {counts:?}");
         // They did go through: every ray is aimed at the mesh.
@@ -105,6 +113,23 @@ fn no_ray_is_lost() {
     for (seed, level) in [(1, Level::new()), (2, Level::baseline())] {
         assert!(shoot_all(level, 1 << 16, seed) > 500_000);
     }
+}
+
+/// A neighbor that leads back is what a broken rule would look like: such rays are given up, and counted.
+#[test]
+fn paths_that_go_round_in_a_circle_end_and_are_counted() {
+    let (shot, counts) = shoot(&HARD_MESHES[0], Level::new(), 1000, 3, |mesh| {
+        let count = mesh.cell_count as u32;
+        for (cell, neighbors) in (0..count).zip(&mut mesh.cells[..mesh.cell_count]) {
+            let inside = |neighbor: &&mut u32| **neighbor < count;
+            neighbors
+                .neighbors
+                .iter_mut()
+                .filter(inside)
+                .for_each(|neighbor| *neighbor = cell);
+        }
+    });
+    assert!(counts.lost > shot / 4, "{counts:?}");
 }
 
 /// As many rays as the environment variable TETRASCOPE_RAYS says, 10⁸ without it.

@@ -42,6 +42,8 @@ pub(super) enum End {
     Left(u32),
     /// Nothing behind shows, or the ray ends.
     Stopped,
+    /// It came through more cells than there are: it goes round in a circle, which should never happen.
+    Never,
 }
 
 /// The isosurface that a lane's ray has met.
@@ -73,6 +75,8 @@ pub(super) struct Lanes {
     /// z where the path begins, and how far it has come.
     near: PerLane<f32>,
     pub(super) seen: PerLane<f32>,
+    /// The step before which it begins.
+    begun: PerLane<u64>,
     // The path: the face by which it comes in.
     pub(super) face: [PerLane<Vertex>; 3],
     pub(super) ids: [PerLane<i32>; 3],
@@ -117,6 +121,7 @@ impl Lanes {
             lost: ZEROS,
             near: ZEROS,
             seen: ZEROS,
+            begun: [0; MOST_LANES],
             face: [NONE; 3],
             ids: [[0; MOST_LANES]; 3],
             cell: [0; MOST_LANES],
@@ -150,18 +155,28 @@ impl Lanes {
         self.ray[..self.count].iter().all(|ray| *ray == NO_RAY)
     }
 
-    /// Takes a lane whose path ended to its ray's next path, or to the next ray.
+    /// The lanes whose path has passed more cells than there are.
+    pub(super) fn endless(&self, step: u64, cell_count: usize) -> u64 {
+        let is_endless = |lane: &usize| step - self.begun[*lane] > cell_count as u64;
+        (0..self.count)
+            .filter(is_endless)
+            .fold(0, |bits, lane| bits | 1 << lane)
+    }
+
+    /// Takes a lane whose path ended before this step to its ray's next path, or to the next ray.
     #[cold]
     #[inline(never)]
     pub(super) fn go_on(
         &mut self,
         lane: usize,
         end: End,
+        step: u64,
         scene: &Scene,
         rays: &BlockRays,
         crossings: &mut Crossings,
     ) {
         let mut is_over = false;
+        self.begun[lane] = step;
         if self.ray[lane] != NO_RAY {
             self.counts.paths += 1;
             match end {
@@ -173,6 +188,10 @@ impl Lanes {
                     }
                 }
                 End::Stopped => is_over = true,
+                End::Never => {
+                    self.counts.lost += 1;
+                    is_over = true;
+                }
             }
             if scene.by_path {
                 self.put_path_away(lane);

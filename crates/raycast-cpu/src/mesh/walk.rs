@@ -18,8 +18,8 @@ use super::style::{HIGH, INVERSE_WIDTH, LOW, STEP_HIGH, STEP_LOW};
 use crate::simd::{MOST_LANES, columns, each, load, load_ids, store, store_ids};
 
 /// Steps after which what was gathered is put aside, so that sums of many small terms keep their
-/// digits.
-const STEPS_IN_A_SUM: u32 = 32;
+/// digits, and after which it is looked whether a path ends.
+const STEPS_IN_A_SUM: u64 = 32;
 
 /// A path's way through one cell.
 struct Crossed<S: Simd> {
@@ -46,7 +46,7 @@ pub(super) fn walk<S: Simd, const MODEL: u8>(
     lanes.start(count);
     let all_lanes = (1_u64 << count) - 1;
     // All lanes look for a ray first.
-    let (mut done, mut left) = (all_lanes, 0);
+    let (mut done, mut left, mut endless) = (all_lanes, 0, 0);
     let nothing = [splat(0.0); 4];
     let mut shear = Shear {
         through: [splat(0.0); 2],
@@ -67,7 +67,7 @@ pub(super) fn walk<S: Simd, const MODEL: u8>(
     // continuous.
     let may_jump_always = mesh.kind != Kind::Vertices || mesh.has_gaps;
     let mut may_jump = true;
-    for step in 1_u32.. {
+    for step in 1_u64.. {
         if done != 0 {
             for i in 0..3 {
                 store::<S>(gathered.light[i], &mut lanes.light[i]);
@@ -76,11 +76,12 @@ pub(super) fn walk<S: Simd, const MODEL: u8>(
             store::<S>(gathered.lost, &mut lanes.lost);
             store::<S>(seen, &mut lanes.seen);
             for lane in lanes_of(done) {
-                let end = match left >> lane & 1 {
-                    0 => End::Stopped,
+                let end = match (left >> lane & 1, endless >> lane & 1) {
+                    (0, 0) => End::Stopped,
+                    (0, _) => End::Never,
                     _ => End::Left(lanes.cell[lane] as u32 - mesh.cell_count as u32),
                 };
-                lanes.go_on(lane, end, scene, rays, crossings);
+                lanes.go_on(lane, end, step, scene, rays, crossings);
             }
             if lanes.are_idle() {
                 return;
@@ -183,10 +184,12 @@ pub(super) fn walk<S: Simd, const MODEL: u8>(
         may_jump = !is_whole || may_jump_always;
         seen = seen.max(far[0]);
         near = far;
-        if step % STEPS_IN_A_SUM == 0
-            && matches!(MODEL, EMISSION_ABSORPTION | EMISSION | ABSORPTION)
-        {
-            put_aside(simd, lanes, &mut gathered);
+        endless = 0;
+        if step % STEPS_IN_A_SUM == 0 {
+            endless = lanes.endless(step, mesh.cell_count) & active;
+            if matches!(MODEL, EMISSION_ABSORPTION | EMISSION | ABSORPTION) {
+                put_aside(simd, lanes, &mut gathered);
+            }
         }
         if MODEL == EMISSION_ABSORPTION {
             stopped |= gathered.transmittance.simd_lt(least_transmittance);
@@ -195,10 +198,10 @@ pub(super) fn walk<S: Simd, const MODEL: u8>(
         let is_out = load_ids(simd, &lanes.cell).simd_ge(behind_all);
         let ended = stopped | is_out;
         done = 0;
-        if ended.any_true() {
+        if ended.any_true() || endless != 0 {
             let stopped = stopped.to_bitmask();
             left = is_out.to_bitmask() & active & !stopped;
-            done = (stopped & active) | left;
+            done = (stopped & active) | left | endless;
         }
     }
 }
