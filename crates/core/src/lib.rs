@@ -61,6 +61,7 @@ pub mod entry;
 pub mod error;
 pub mod frame;
 pub mod grid;
+pub mod groups;
 pub mod mesh;
 pub mod number;
 pub mod optics;

@@ -16,6 +16,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::groups::marked;
 use crate::{Bounds, Error, is_value};
 
 pub use adjacency::FACES;
@@ -25,7 +26,7 @@ pub use report::MeshReport;
 pub use split::Split;
 
 use adjacency::Adjacency;
-use orientation::{LARGEST_COORDINATE, orientation};
+use orientation::{LARGEST_COORDINATE, determinant, orientation};
 use places::Places;
 use split::Pieces;
 
@@ -70,9 +71,10 @@ pub struct Scalars {
 ///
 /// # Memory
 /// 24 bytes a point and 16 a tetrahedron; 4 more a tetrahedron where cells were
-/// split, and 16 more where points coincide. The adjacency, once asked for, keeps 16
-/// bytes a tetrahedron and 8 a boundary face, and needs 80 bytes a tetrahedron while it
-/// is made. [`TetMesh::keeping_cells`] keeps 9 more an input cell and 8 for each of its points.
+/// split, 16 more where points coincide, and 1 a point where some are unused. The adjacency,
+/// once asked for, keeps 16 bytes a tetrahedron and 8 a boundary face, and while it is made needs
+/// 8 more a tetrahedron and up to 40 a point. [`TetMesh::keeping_cells`] keeps 9 more an input
+/// cell and 8 for each of its points.
 #[derive(Clone, Debug)]
 pub struct TetMesh {
     geometry: Arc<Geometry>,
@@ -82,6 +84,8 @@ pub struct TetMesh {
 #[derive(Debug)]
 struct Geometry {
     points: Vec<DVec3>,
+    /// Whether tetrahedra use each point; empty where they use all.
+    used: Vec<bool>,
     tetrahedra: Vec<[u32; 4]>,
     /// The same by places; empty where no two points coincide.
     places: Vec<[u32; 4]>,
@@ -95,6 +99,7 @@ struct Geometry {
     report: MeshReport,
     adjacency: OnceLock<Adjacency>,
     boundary: OnceLock<BoundaryStatistics>,
+    volume: OnceLock<f64>,
 }
 
 impl Geometry {
@@ -155,9 +160,12 @@ impl TetMesh {
         check_counts(points.len(), cells.types.len())?;
         split::check_cells(&points, cells)?;
         let mut report = MeshReport::default();
+        let mut counts = [0; 256];
         for &cell_type in &cells.types {
-            *report.cells_by_type.entry(cell_type).or_default() += 1;
+            counts[usize::from(cell_type)] += 1;
         }
+        let counts = (0..=u8::MAX).zip(counts).filter(|(_, count)| *count > 0);
+        report.cells_by_type = counts.collect();
         for (&cell_type, &count) in &report.cells_by_type {
             match cell_type::Kind::of(cell_type) {
                 cell_type::Kind::Linear(_) => {}
@@ -185,8 +193,10 @@ impl TetMesh {
                 ),
             });
         }
-        let named = cells.connectivity.iter().map(|&point| point as usize);
-        report.unused_points = unused_points(points.len(), named);
+        let named = cells.connectivity.par_iter().map(|&point| point as usize);
+        let named = marked(points.len(), named);
+        report.unused_points = named.iter().filter(|named| !**named).count();
+        drop(named);
         (report.warped, report.warp) = warp::warped_cells(&points, cells);
         let places = Places::new(&points, &split::used_corners(points.len(), cells));
         let pieces = split::split_cells(&points, cells, &places, split)?;
@@ -219,6 +229,10 @@ impl TetMesh {
         cells: Cells,
         scalars: Scalars,
     ) -> Result<TetMesh, Error> {
+        if let Some(tetrahedra) = split::as_tetrahedra(points.len(), &cells) {
+            drop(cells); // they are larger than the mesh
+            return TetMesh::from_tetrahedra(points, tetrahedra, scalars);
+        }
         let is_other =
             |cell_type: &u8| volume_corners(*cell_type).is_some() && *cell_type != TETRAHEDRON;
         match cells.types.iter().any(is_other) {
@@ -238,21 +252,16 @@ impl TetMesh {
         scalars: Scalars,
     ) -> Result<TetMesh, Error> {
         check_counts(points.len(), tetrahedra.len())?;
-        for (cell, corners) in tetrahedra.iter().enumerate() {
-            for &point in corners {
-                check_point(&points, cell, u64::from(point))?;
-            }
-        }
-        let places = Places::new(&points, &used_points(points.len(), &tetrahedra));
-        let mut pieces = Pieces::default();
-        for (cell, &corners) in tetrahedra.iter().enumerate() {
-            pieces.add(&points, &places, cell, &cell_type::TETRAHEDRON, &[corners]);
-        }
+        split::check_tetrahedra(&points, &tetrahedra)?;
+        let used = used_points(points.len(), &tetrahedra);
+        let places = Places::new(&points, &used);
+        let pieces = split::orient_tetrahedra(&points, &tetrahedra, &places);
+        let cell_count = tetrahedra.len();
+        drop(tetrahedra);
         let mut report = MeshReport::default();
-        report.cells_by_type.insert(10, tetrahedra.len());
-        let named = tetrahedra.iter().flatten().map(|&point| point as usize);
-        report.unused_points = unused_points(points.len(), named);
-        TetMesh::from_pieces(points, &places, pieces, tetrahedra.len(), report, scalars)
+        report.cells_by_type.insert(TETRAHEDRON, cell_count);
+        report.unused_points = used.iter().filter(|used| !**used).count();
+        TetMesh::from_pieces(points, &places, pieces, cell_count, report, scalars)
     }
 
     fn from_pieces(
@@ -275,10 +284,14 @@ impl TetMesh {
         report.flipped = pieces.flipped;
         report.folded = pieces.folded;
         report.collapsed = pieces.collapsed;
-        report.degenerate = tetrahedra
-            .par_iter()
-            .filter(|cell| orientation(cell.map(|p| points[p as usize])).degenerate)
-            .count();
+        report.degenerate = match report.duplicates {
+            0 => pieces.degenerate,
+            _ => {
+                let cells = tetrahedra.par_iter();
+                let positions = cells.map(|&cell| corners_of(cell, &points));
+                positions.filter(|p| orientation(*p).degenerate).count()
+            }
+        };
         if sources
             .iter()
             .zip(0..)
@@ -287,18 +300,22 @@ impl TetMesh {
             sources = Vec::new();
         }
         let places = places.of_cells(&tetrahedra);
+        let mut used = used_points(points.len(), &tetrahedra);
         report.coincident_points = match places.is_empty() {
             true => 0,
             false => {
-                let used = used_points(points.len(), &tetrahedra);
                 let places = used_points(points.len(), &places);
                 let is_other = |(used, place): &(&bool, &bool)| **used && !**place;
                 used.iter().zip(&places).filter(is_other).count()
             }
         };
+        if used.iter().all(|used| *used) {
+            used = Vec::new();
+        }
         let geometry = Geometry {
-            bounds: used_bounds(&points, &tetrahedra),
+            bounds: Bounds::of(used_among(&used, &points).copied()),
             points,
+            used,
             tetrahedra,
             places,
             sources,
@@ -307,6 +324,7 @@ impl TetMesh {
             report,
             adjacency: OnceLock::new(),
             boundary: OnceLock::new(),
+            volume: OnceLock::new(),
         };
         TetMesh::assemble(Arc::new(geometry), scalars)
     }
@@ -365,6 +383,14 @@ impl TetMesh {
     /// Positions, world space.
     pub fn points(&self) -> &[DVec3] {
         &self.geometry.points
+    }
+
+    /// The numbers of the points that tetrahedra use, ascending.
+    pub fn points_in_use(&self) -> impl Iterator<Item = u32> {
+        (0..).take(self.points().len()).filter(|&point| {
+            let used = self.geometry.used.get(point as usize);
+            used != Some(&false)
+        })
     }
 
     /// Point indices of each cell, positively oriented:
@@ -432,7 +458,7 @@ impl TetMesh {
 
     /// The positions of a cell's points.
     pub fn cell_points(&self, cell: usize) -> [DVec3; 4] {
-        self.geometry.tetrahedra[cell].map(|p| self.geometry.points[p as usize])
+        corners_of(self.geometry.tetrahedra[cell], &self.geometry.points)
     }
 
     /// The scalars at a cell's points: the linear function that it carries.
@@ -456,14 +482,29 @@ impl TetMesh {
     /// Found on first use and kept.
     pub fn scalar_range(&self) -> Option<(f64, f64)> {
         *self.field.range.get_or_init(|| {
-            (0..self.cell_count())
-                .flat_map(|c| self.cell_scalars(c))
+            self.values_in_use()
                 .filter(|s| s.is_finite())
                 .fold(None, |range, s| match range {
                     None => Some((s, s)),
                     Some((low, high)) => Some((s.min(low), s.max(high))),
                 })
         })
+    }
+
+    /// The values that tetrahedra use: each point's once, each cell's at least once.
+    fn values_in_use(&self) -> Box<dyn Iterator<Item = f64> + '_> {
+        let Scalars {
+            association,
+            values,
+            ..
+        } = &self.field.scalars;
+        match association {
+            Association::Point => Box::new(used_among(&self.geometry.used, values).copied()),
+            Association::Cell => {
+                let cells = 0..self.cell_count();
+                Box::new(cells.map(|cell| values[self.source_cell(cell)]))
+            }
+        }
     }
 
     /// The neighbor of each cell across the face opposite its vertex 0…3;
@@ -483,15 +524,10 @@ impl TetMesh {
 
     /// What was found and fixed in the mesh. Finds the adjacency, if nothing has yet.
     pub fn report(&self) -> MeshReport {
-        let is_bad = |value: &&f64| !value.is_finite();
         let values = &self.field.scalars.values;
         let non_finite_scalars = match self.field.scalars.association {
-            Association::Cell => values.iter().filter(is_bad).count(),
-            Association::Point => used_points(values.len(), &self.geometry.tetrahedra)
-                .iter()
-                .zip(values)
-                .filter(|(used, value)| **used && is_bad(value))
-                .count(),
+            Association::Cell => values.iter().filter(|v| !v.is_finite()).count(),
+            Association::Point => self.values_in_use().filter(|v| !v.is_finite()).count(),
         };
         MeshReport {
             crowded_faces: self.crowded_face_count(),
@@ -513,23 +549,24 @@ impl TetMesh {
         self.adjacency().crowded_faces
     }
 
-    /// The sum of the cells' volumes, cubic world units.
+    /// The sum of the cells' volumes, cubic world units. Found on first use and kept.
     pub fn volume(&self) -> f64 {
-        // Sums of sums: a single sum over a million cells would lose five digits. The
-        // pieces are fixed, so that the result does not depend on the threads.
-        let sums: Vec<f64> = self
-            .tetrahedra()
-            .par_chunks(1024)
-            .map(|cells| {
-                let points = |cell: &[u32; 4]| cell.map(|p| self.points()[p as usize]);
-                let six_times = cells
-                    .iter()
-                    .map(|cell| orientation(points(cell)).determinant);
-                six_times.sum()
-            })
-            .collect();
-        let six_times: f64 = sums.iter().sum();
-        six_times / 6.0
+        *self.geometry.volume.get_or_init(|| {
+            // Sums of sums: a single sum over a million cells would lose five digits. The
+            // pieces are fixed, so that the result does not depend on the threads.
+            let sums: Vec<f64> = self
+                .tetrahedra()
+                .par_chunks(1024)
+                .map(|cells| {
+                    let six_times = cells
+                        .iter()
+                        .map(|&cell| determinant(corners_of(cell, self.points())));
+                    six_times.sum()
+                })
+                .collect();
+            let six_times: f64 = sums.iter().sum();
+            six_times / 6.0
+        })
     }
 
     fn adjacency(&self) -> &Adjacency {
@@ -582,25 +619,24 @@ fn check_point(points: &[DVec3], cell: usize, point: u64) -> Result<u32, Error> 
     }
 }
 
-/// How many points no cell names.
-fn unused_points(point_count: usize, named: impl Iterator<Item = usize>) -> usize {
-    let mut used = vec![false; point_count];
-    for point in named {
-        used[point] = true;
-    }
-    used.iter().filter(|used| !**used).count()
+/// The positions of four points. (`array::map` is a call for each, which is not inlined.)
+#[inline]
+fn corners_of([a, b, c, d]: [u32; 4], points: &[DVec3]) -> [DVec3; 4] {
+    let at = |point: u32| points[point as usize];
+    [at(a), at(b), at(c), at(d)]
 }
 
+/// Whether each point is a corner of a tetrahedron.
 fn used_points(point_count: usize, tetrahedra: &[[u32; 4]]) -> Vec<bool> {
-    let mut used = vec![false; point_count];
-    for &point in tetrahedra.iter().flatten() {
-        used[point as usize] = true;
-    }
-    used
+    let corners = tetrahedra.par_iter().flatten_iter();
+    marked(point_count, corners.map(|&point| point as usize))
 }
 
-fn used_bounds(points: &[DVec3], tetrahedra: &[[u32; 4]]) -> Bounds {
-    Bounds::of(tetrahedra.iter().flatten().map(|&p| points[p as usize]))
+/// Those of `items` that are used: all for an empty `used`.
+fn used_among<'a, T>(used: &'a [bool], items: &'a [T]) -> impl Iterator<Item = &'a T> {
+    let numbered = items.iter().enumerate();
+    let used = numbered.filter(|(number, _)| used.get(*number) != Some(&false));
+    used.map(|(_, item)| item)
 }
 
 #[cfg(test)]

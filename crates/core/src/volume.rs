@@ -49,8 +49,10 @@ impl Volume {
     pub fn outline(&self) -> Box<dyn Iterator<Item = DVec3> + '_> {
         match self {
             Volume::Mesh(mesh) => {
-                let corners = mesh.tetrahedra().iter().flatten();
-                Box::new(corners.map(|&point| mesh.points()[point as usize]))
+                // A cell's first, to which cameras are relative, then each once.
+                let first = mesh.tetrahedra().first().map(|cell| cell[0]);
+                let points = first.into_iter().chain(mesh.points_in_use());
+                Box::new(points.map(|point| mesh.points()[point as usize]))
             }
             Volume::Grid(grid) => Box::new(grid.lattice().corners().into_iter()),
             Volume::Stream(stream) => Box::new(stream.source().lattice().corners().into_iter()),

@@ -1,5 +1,6 @@
 //! Lengths of rays in the cells of a mesh.
 
+use rayon::prelude::*;
 use tetrascope_core::TetMesh;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::FACES;
@@ -15,8 +16,9 @@ pub fn longest_edge(mesh: &TetMesh, normalization: &Normalization) -> f32 {
         let edges = [a - b, a - c, a - d, b - c, b - d, c - d].map(|e| e / normalization.scale);
         edges.map(DVec3::length_squared)
     };
-    let squares = (0..mesh.cell_count()).flat_map(edges);
-    squares.fold(0.0, f64::max).sqrt() as f32
+    let longest = |cell| edges(cell).into_iter().fold(0.0, f64::max);
+    let squares = (0..mesh.cell_count()).into_par_iter().map(longest);
+    squares.reduce(|| 0.0, f64::max).sqrt() as f32
 }
 
 /// The mean length of a line in a cell of `mesh`, over all lines that meet it and all

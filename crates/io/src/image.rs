@@ -13,6 +13,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use exr::prelude::WritableImage as _;
+use rayon::prelude::*;
 use tetrascope_core::colormap::linear_to_srgb;
 use tetrascope_core::{Error, Frame};
 
@@ -84,11 +85,8 @@ fn unknown_format(extension: &str) -> Error {
 /// Latin-1 characters.
 pub fn encode_png(frame: &Frame, metadata: &[(String, String)]) -> Result<Vec<u8>, Error> {
     check(frame)?;
-    let texels: Vec<u8> = frame
-        .pixels
-        .iter()
-        .flat_map(|&p| straight_srgb(p))
-        .collect();
+    let texels = frame.pixels.par_iter().map(|&p| straight_srgb(p));
+    let texels: Vec<[u8; 4]> = texels.collect();
     let encode = || -> Result<Vec<u8>, png::EncodingError> {
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, frame.width, frame.height);
@@ -103,7 +101,7 @@ pub fn encode_png(frame: &Frame, metadata: &[(String, String)]) -> Result<Vec<u8
             }
         }
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(&texels)?;
+        writer.write_image_data(texels.as_flattened())?;
         writer.finish()?;
         Ok(file)
     };

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use tetrascope_core::glam;
+use tetrascope_core::groups::marked;
 use tetrascope_core::mesh::{Association, volume_corners};
 use tetrascope_core::{Cells, Error, Scalars, TetMesh};
 
@@ -259,17 +261,18 @@ impl MeshData {
 
     /// Whether each point is a corner of a volume cell.
     fn volume_corners(&self) -> Vec<bool> {
-        let mut used = vec![false; self.points.len()];
-        for (&cell_type, ends) in self.cells.types.iter().zip(self.cells.offsets.windows(2)) {
-            let Some(corners) = volume_corners(cell_type) else {
-                continue;
-            };
-            let points = &self.cells.connectivity[ends[0] as usize..ends[1] as usize];
-            for &point in points.iter().take(corners) {
-                used[point as usize] = true;
-            }
-        }
-        used
+        let Cells {
+            types,
+            offsets,
+            connectivity,
+        } = &self.cells;
+        let corners = |(&cell_type, ends): (&u8, &[u64])| {
+            let points = &connectivity[ends[0] as usize..ends[1] as usize];
+            points.iter().take(volume_corners(cell_type).unwrap_or(0))
+        };
+        let cells = types.par_iter().zip(offsets.par_windows(2));
+        let corners = cells.flat_map_iter(corners);
+        marked(self.points.len(), corners.map(|&point| point as usize))
     }
 
     /// Leaves out duplicate and hidden cells and those with a hidden point

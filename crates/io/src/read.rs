@@ -3,6 +3,7 @@
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
 use tetrascope_core::Error;
 use tetrascope_core::mesh::Association;
 
@@ -316,7 +317,7 @@ pub(crate) fn check(path: &Path, data: &MeshData, arrays: &[Array]) -> Result<()
             ),
         ));
     }
-    for (cell, range) in cells.offsets.windows(2).enumerate() {
+    let check_cell = |(cell, range): (usize, &[u64])| {
         let Some(used) = cells.connectivity.get(range[0] as usize..range[1] as usize) else {
             return Err(refuse(
                 format!("cell {cell}"),
@@ -354,7 +355,11 @@ pub(crate) fn check(path: &Path, data: &MeshData, arrays: &[Array]) -> Result<()
                 ));
             }
         }
-    }
+        Ok(())
+    };
+    // The first error by number, whatever the threads do.
+    let checked = cells.offsets.par_windows(2).enumerate().map(check_cell);
+    checked.find_first(Result::is_err).unwrap_or(Ok(()))?;
     for array in arrays {
         let (needed, things) = match array.association {
             Association::Point => (point_count, "points"),

@@ -17,6 +17,7 @@
 //! lie, and its pieces become one grid. Hidden points are NaN. Large ones that are appended
 //! raw and in one piece stay in their file.
 
+mod blocks;
 mod decode;
 mod document;
 mod encoding;
@@ -151,16 +152,18 @@ fn read_cells(
         };
         // Text takes a digit and a blank for each number, so that it needs no such bound.
         check_budget(piece.cells, 0)?;
-        let mut cell = 0;
-        decoder.each_index(named("types")?, piece.cells, &mut |kind| {
-            let kind = u8::try_from(kind).map_err(|_| {
-                source.error(
-                    "array 'types'",
-                    format!("cell {cell} is of type {kind}, and VTK has none above 255"),
-                )
-            })?;
-            cell += 1;
-            cells.types.push(kind);
+        let start = cells.types.len();
+        decoder.each_indices(named("types")?, piece.cells, &mut |kinds| {
+            for &kind in kinds {
+                let cell = cells.types.len() - start;
+                let kind = u8::try_from(kind).map_err(|_| {
+                    source.error(
+                        "array 'types'",
+                        format!("cell {cell} is of type {kind}, and VTK has none above 255"),
+                    )
+                })?;
+                cells.types.push(kind);
+            }
             Ok(())
         })?;
         // VTK writes where each cell ends; the last end is the length of the connectivity.
@@ -180,12 +183,16 @@ fn read_cells(
             }
             cells.offsets.push(start + end);
         }
-        let mut i = 0;
-        decoder.each_index(named("connectivity")?, length, &mut |point| {
-            if i == 0 {
+        decoder.each_indices(named("connectivity")?, length, &mut |indices| {
+            let done = cells.connectivity.len() as u64 - start;
+            if done == 0 {
                 reserve(&mut cells.connectivity, length as usize)?;
             }
-            if point >= piece.points {
+            if indices.iter().any(|&point| point >= piece.points) {
+                let (i, point) = (done..)
+                    .zip(indices)
+                    .find(|(_, point)| **point >= piece.points)
+                    .expect("found above");
                 return Err(source.error(
                     "array 'connectivity'",
                     format!(
@@ -194,8 +201,8 @@ fn read_cells(
                     ),
                 ));
             }
-            i += 1;
-            cells.connectivity.push(points + point);
+            let joined = indices.iter().map(|point| points + point);
+            cells.connectivity.extend(joined);
             Ok(())
         })?;
         points = points

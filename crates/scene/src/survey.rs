@@ -50,7 +50,7 @@ impl Survey {
 
     /// Adds a volume.
     pub fn add(&mut self, volume: &Volume) {
-        for point in outline(volume) {
+        for point in volume.outline() {
             for framing in &mut self.framings {
                 framing.extend([point]);
             }
@@ -136,18 +136,6 @@ impl Subject for Survey {
 fn part(inner: DVec3, outer: DVec3) -> f64 {
     let [x, y, z] = (inner / outer).to_array();
     x * y * z
-}
-
-/// Each point of the outline once: a mesh names a point two dozen times.
-fn outline(volume: &Volume) -> Box<dyn Iterator<Item = DVec3> + '_> {
-    let Volume::Mesh(mesh) = volume else {
-        return volume.outline();
-    };
-    let mut is_known = vec![false; mesh.points().len()];
-    let corners = mesh.tetrahedra().iter().flatten();
-    let new =
-        corners.filter(move |&&point| !std::mem::replace(&mut is_known[point as usize], true));
-    Box::new(new.map(|&point| mesh.points()[point as usize]))
 }
 
 #[cfg(test)]

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
+use super::TetMesh;
 use super::adjacency::FACES;
 use super::orientation::orientation;
 use super::sort::sort_by_point;
-use super::{TetMesh, used_bounds};
 
 /// What the boundary surface looks like.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -117,7 +117,7 @@ impl Surface<'_> {
         };
         // Each of three coordinates is rounded by at most half a unit in its last
         // place, ε/2 of its magnitude.
-        let bounds = used_bounds(points, mesh.tetrahedra());
+        let bounds = mesh.bounds();
         let displacement = if bounds.is_empty() {
             0.0
         } else {

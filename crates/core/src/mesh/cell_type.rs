@@ -147,14 +147,11 @@ impl Kind {
 
     /// Checks the number of points of cell number `cell`.
     pub(super) fn check(&self, cell: usize, cell_type: u8, points: usize) -> Result<(), Error> {
-        let (enough, expected) = match *self {
-            Kind::Linear(shape) => (points == shape.corners, shape.corners.to_string()),
-            Kind::Quadratic(_, count) => (points == count, count.to_string()),
-            Kind::AnyOrder(shape) => (
-                points >= shape.corners,
-                format!("at least {}", shape.corners),
-            ),
-            Kind::Skipped => (true, String::new()),
+        let (is_right, least, count) = match *self {
+            Kind::Linear(shape) => (points == shape.corners, "", shape.corners),
+            Kind::Quadratic(_, count) => (points == count, "", count),
+            Kind::AnyOrder(shape) => (points >= shape.corners, "at least ", shape.corners),
+            Kind::Skipped => return Ok(()),
             Kind::Refused => {
                 let what = format!("cell {cell} is a {}", type_name(cell_type));
                 return Err(Error::Invalid {
@@ -166,12 +163,12 @@ impl Kind {
                 });
             }
         };
-        if enough {
+        if is_right {
             return Ok(());
         }
         Err(Error::Invalid {
             what: format!(
-                "cell {cell} is a {} of {points} points; it must have {expected}",
+                "cell {cell} is a {} of {points} points; it must have {least}{count}",
                 type_name(cell_type)
             ),
             help: Some("the file's cell types and offsets do not belong together".into()),

@@ -26,13 +26,20 @@ pub(super) struct Orientation {
     pub(super) sign: i8,
 }
 
+/// Six times the signed volume of a tetrahedron, as f64 computes it.
+#[inline]
+pub(super) fn determinant([p0, p1, p2, p3]: [DVec3; 4]) -> f64 {
+    (p1 - p0).dot((p2 - p0).cross(p3 - p0))
+}
+
 /// Evaluates the determinant; falls back to exact arithmetic where its sign is in doubt.
 ///
 /// Cells so small that products of three edge lengths underflow (below about 1e-100)
 /// count as degenerate.
+#[inline]
 pub(super) fn orientation([p0, p1, p2, p3]: [DVec3; 4]) -> Orientation {
     let (a, b, c) = (p1 - p0, p2 - p0, p3 - p0);
-    let determinant = a.dot(b.cross(c));
+    let determinant = determinant([p0, p1, p2, p3]);
     let permanent = a.x.abs() * ((b.y * c.z).abs() + (b.z * c.y).abs())
         + a.y.abs() * ((b.z * c.x).abs() + (b.x * c.z).abs())
         + a.z.abs() * ((b.x * c.y).abs() + (b.y * c.x).abs());

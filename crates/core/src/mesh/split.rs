@@ -12,15 +12,18 @@
 //! A tetrahedron with two corners at one place (from collapsed cells) is left out: the
 //! cells on its two sides then share the face directly.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use super::cell_type::{HEXAHEDRON, Kind, Shape, VOXEL};
+use super::adjacency::ascending;
+use super::cell_type::{HEXAHEDRON, Kind, Shape, TETRAHEDRON, VOXEL};
 use super::five::FiveSplit;
 use super::orientation::orientation;
 use super::places::Places;
-use super::sort::sort_by_point;
-use super::{Cells, check_point};
+use super::{Cells, TETRAHEDRON as TYPE_TETRAHEDRON, check_point, corners_of};
 use crate::Error;
+use crate::groups::{Groups, marked};
 use glam::DVec3;
 
 /// How cells that are not tetrahedra are cut.
@@ -52,6 +55,8 @@ pub(super) struct Pieces {
     pub(super) folded: usize,
     /// Tetrahedra left out because two of their corners are at one place.
     pub(super) collapsed: usize,
+    /// Tetrahedra without volume.
+    pub(super) degenerate: usize,
 }
 
 /// Checks everything that `cells` claims.
@@ -115,35 +120,115 @@ pub(super) fn split_cells(
         Split::SmallestIndex => Cutter::SmallestIndex,
         Split::FiveAlternating => Cutter::FiveAlternating(FiveSplit::new(points, cells, places)?),
     };
+    in_chunks(cells.types.len(), |range| {
+        let mut pieces = Pieces::default();
+        let mut scratch = Vec::new();
+        for cell in range {
+            let Some(shape) = Kind::of(cells.types[cell]).shape() else {
+                continue;
+            };
+            scratch.clear();
+            let corners = corners(cells, cell, shape);
+            cutter.cut(cell, &corners[..shape.corners], shape, places, &mut scratch)?;
+            pieces.add(points, places, cell, shape, &scratch);
+        }
+        Ok(pieces)
+    })
+}
+
+/// The corners of `cells`, if all of them are tetrahedra between points that exist, one behind
+/// the other.
+pub(super) fn as_tetrahedra(point_count: usize, cells: &Cells) -> Option<Vec<[u32; 4]>> {
+    let (tetrahedra, rest) = cells.connectivity.as_chunks::<4>();
+    let is_plain = rest.is_empty()
+        && !tetrahedra.is_empty()
+        && cells.types.len() == tetrahedra.len()
+        && cells.types.iter().all(|kind| *kind == TYPE_TETRAHEDRON)
+        && cells.offsets.len() == tetrahedra.len() + 1
+        && cells
+            .offsets
+            .iter()
+            .zip((0..).step_by(4))
+            .all(|(&offset, place)| offset == place);
+    let limit = u32::try_from(point_count).ok()?;
+    let exist = |points: &[u64; 4]| points.iter().all(|point| *point < u64::from(limit));
+    if !is_plain || !tetrahedra.par_iter().all(exist) {
+        return None;
+    }
+    let narrow = |&[a, b, c, d]: &[u64; 4]| [a as u32, b as u32, c as u32, d as u32];
+    Some(tetrahedra.par_iter().map(narrow).collect())
+}
+
+/// Checks that the points of tetrahedra exist and lie where arithmetic works.
+pub(super) fn check_tetrahedra(points: &[DVec3], tetrahedra: &[[u32; 4]]) -> Result<(), Error> {
+    let check = |(cell, corners): (usize, &[u32; 4])| {
+        let mut corners = corners.iter();
+        corners.try_for_each(|&point| check_point(points, cell, point.into()).map(drop))
+    };
+    // The first error by number, whatever the threads do.
+    let checked = tetrahedra.par_iter().enumerate().map(check);
+    checked.find_first(Result::is_err).unwrap_or(Ok(()))
+}
+
+/// Checked tetrahedra as pieces.
+pub(super) fn orient_tetrahedra(
+    points: &[DVec3],
+    tetrahedra: &[[u32; 4]],
+    places: &Places,
+) -> Pieces {
+    let pieces = in_chunks(tetrahedra.len(), |range| {
+        let mut pieces = Pieces::default();
+        pieces.reserve(range.len());
+        for cell in range {
+            pieces.add(points, places, cell, &TETRAHEDRON, &[tetrahedra[cell]]);
+        }
+        Ok(pieces)
+    });
+    pieces.expect("nothing to cut")
+}
+
+/// The pieces of all cells, by cell, of which `cut` makes those of some; at least one of each
+/// cell is expected. In parallel.
+fn in_chunks(
+    cell_count: usize,
+    cut: impl Fn(Range<usize>) -> Result<Pieces, Error> + Sync,
+) -> Result<Pieces, Error> {
+    /// Cells that are cut by one thread at a time, and how many such chunks are in memory
+    /// before they are joined.
     const CHUNK: usize = 4096;
-    let cell_count = cells.types.len();
-    let chunks: Vec<Result<Pieces, Error>> = (0..cell_count.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let mut pieces = Pieces::default();
-            let mut scratch = Vec::new();
-            for cell in chunk * CHUNK..((chunk + 1) * CHUNK).min(cell_count) {
-                let Some(shape) = Kind::of(cells.types[cell]).shape() else {
-                    continue;
-                };
-                scratch.clear();
-                let corners = corners(cells, cell, shape);
-                cutter.cut(cell, &corners[..shape.corners], shape, places, &mut scratch)?;
-                pieces.add(points, places, cell, shape, &scratch);
-            }
-            Ok(pieces)
-        })
-        .collect();
+    const CHUNKS: usize = 64;
     let mut all = Pieces::default();
-    for chunk in chunks {
-        let chunk = chunk?;
-        all.tetrahedra.extend(chunk.tetrahedra);
-        all.sources.extend(chunk.sources);
-        all.flipped += chunk.flipped;
-        all.folded += chunk.folded;
-        all.collapsed += chunk.collapsed;
+    all.reserve(cell_count);
+    let chunks: Vec<usize> = (0..cell_count.div_ceil(CHUNK)).collect();
+    for chunks in chunks.chunks(CHUNKS) {
+        let ranges = chunks.par_iter().map(|&chunk| {
+            let start = chunk * CHUNK;
+            start..(start + CHUNK).min(cell_count)
+        });
+        let pieces: Vec<Result<Pieces, Error>> = ranges.map(&cut).collect();
+        for pieces in pieces {
+            all.append(pieces?);
+        }
     }
     Ok(all)
+}
+
+impl Pieces {
+    /// Makes room for as many tetrahedra.
+    fn reserve(&mut self, count: usize) {
+        self.tetrahedra.reserve_exact(count);
+        self.sources.reserve_exact(count);
+    }
+
+    /// Adds the pieces of other cells.
+    fn append(&mut self, other: Pieces) {
+        self.tetrahedra.extend(other.tetrahedra);
+        self.sources.extend(other.sources);
+        self.flipped += other.flipped;
+        self.folded += other.folded;
+        self.collapsed += other.collapsed;
+        self.degenerate += other.degenerate;
+    }
 }
 
 impl Pieces {
@@ -162,12 +247,16 @@ impl Pieces {
                 self.collapsed += 1;
                 continue;
             }
-            let sign = orientation(tetrahedron.map(|p| points[p as usize])).sign;
-            positive |= sign > 0;
-            negative |= sign < 0;
-            if sign < 0 {
+            let oriented = |tetrahedron| orientation(corners_of(tetrahedron, points));
+            let mut found = oriented(tetrahedron);
+            positive |= found.sign > 0;
+            negative |= found.sign < 0;
+            if found.sign < 0 {
                 tetrahedron.swap(2, 3);
+                // In this order it is rounded otherwise.
+                found = oriented(tetrahedron);
             }
+            self.degenerate += usize::from(found.degenerate);
             self.tetrahedra.push(tetrahedron);
             self.sources
                 .push(u32::try_from(cell).expect("cells were counted"));
@@ -180,33 +269,35 @@ impl Pieces {
 }
 
 impl Pieces {
-    /// Keeps the first of the tetrahedra that have the same four places, and returns
-    /// how many were removed. O(n): see [`sort_by_point`].
+    /// Keeps the first of the tetrahedra that have the same four places, and returns how many
+    /// were removed. In parallel, and O(n) as [`Adjacency`](super::adjacency::Adjacency) is.
     pub(super) fn remove_duplicates(&mut self, places: &Places, point_count: usize) -> usize {
-        let keys = self
-            .tetrahedra
-            .iter()
-            .zip(0_u32..)
-            .map(|(&corners, index)| {
-                let mut corners = corners.map(|p| places.of(p));
-                corners.sort_unstable();
-                (corners, index)
-            });
-        let keys = sort_by_point(keys, point_count, |(corners, _)| corners[0]);
-        let repeated = |pair: &[([u32; 4], u32)]| pair[0].0 == pair[1].0;
-        let mut is_repeated = vec![false; self.tetrahedra.len()];
-        let mut removed = 0;
-        for pair in keys.windows(2).filter(|pair| repeated(pair)) {
-            is_repeated[pair[1].1 as usize] = true;
-            removed += 1;
+        let sorted = |corners: &[u32; 4]| ascending(corners.map(|p| places.of(p))).map(|(p, _)| p);
+        let groups = Groups::new(&self.tetrahedra, point_count, |cell| [sorted(cell)[0]]);
+        let find = |cells: &mut Vec<([u32; 4], u32)>, least: usize| {
+            let members = groups.members(least).iter();
+            cells.clear();
+            cells.extend(members.map(|&cell| (sorted(&self.tetrahedra[cell as usize]), cell)));
+            cells.sort_unstable();
+            let pairs = cells.windows(2);
+            let repeated = pairs.filter(|pair| pair[0].0 == pair[1].0);
+            repeated.map(|pair| pair[1].1).collect::<Vec<u32>>()
+        };
+        let repeated = (0..groups.count()).into_par_iter();
+        let repeated = repeated.map_init(Vec::new, find);
+        let repeated: Vec<u32> = repeated.flatten_iter().collect();
+        if repeated.is_empty() {
+            return 0;
         }
-        if removed > 0 {
-            let mut drop = is_repeated.iter();
-            self.tetrahedra.retain(|_| drop.next() == Some(&false));
-            let mut drop = is_repeated.iter();
-            self.sources.retain(|_| drop.next() == Some(&false));
+        let mut is_kept = vec![true; self.tetrahedra.len()];
+        for &cell in &repeated {
+            is_kept[cell as usize] = false;
         }
-        removed
+        let mut kept = is_kept.iter();
+        self.tetrahedra.retain(|_| kept.next() == Some(&true));
+        let mut kept = is_kept.iter();
+        self.sources.retain(|_| kept.next() == Some(&true));
+        repeated.len()
     }
 }
 
@@ -325,15 +416,14 @@ fn merge_around_far_corner(far: u32, places: &Places, first: usize, out: &mut Ve
 
 /// The points that are corners of checked cells.
 pub(super) fn used_corners(point_count: usize, cells: &Cells) -> Vec<bool> {
-    let mut used = vec![false; point_count];
-    for cell in 0..cells.types.len() {
-        if let Some(shape) = Kind::of(cells.types[cell]).shape() {
-            for &point in &corners(cells, cell, shape)[..shape.corners] {
-                used[point as usize] = true;
-            }
-        }
-    }
-    used
+    let corners = |cell: usize| {
+        let shape = Kind::of(cells.types[cell]).shape();
+        let corners = shape.map_or(0, |shape| shape.corners);
+        cell_indices(cells, cell)[..corners].iter()
+    };
+    let cells = (0..cells.types.len()).into_par_iter();
+    let corners = cells.flat_map_iter(corners);
+    marked(point_count, corners.map(|&point| point as usize))
 }
 
 /// A checked cell's corners, in the order of its shape.

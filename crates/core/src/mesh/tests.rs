@@ -1,3 +1,4 @@
+mod adjacency;
 mod blunt_fin;
 mod lattice;
 mod places;

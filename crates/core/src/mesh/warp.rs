@@ -21,8 +21,11 @@ pub(super) fn warped_cells(points: &[DVec3], cells: &Cells) -> (usize, f64) {
         let Some(shape) = Kind::of(cells.types[cell]).shape() else {
             return 0.0;
         };
-        let corners = corners(cells, cell, shape);
         let quads = shape.faces.iter().filter(|face| face.len() == 4);
+        if quads.clone().next().is_none() {
+            return 0.0;
+        }
+        let corners = corners(cells, cell, shape);
         let warps = quads.map(|face| {
             let at = |i: usize| points[corners[face[i]] as usize];
             warp([at(0), at(1), at(2), at(3)])

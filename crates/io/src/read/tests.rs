@@ -1,3 +1,4 @@
+mod blocks;
 mod memory;
 mod names;
 

@@ -6,7 +6,6 @@
 //! after the other or together; both are met with. (VTK, *VTK XML Formats*.)
 
 use std::borrow::Cow;
-use std::io::Read as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -15,6 +14,7 @@ use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use tetrascope_core::Error;
 
+use super::blocks::Blocks;
 use super::document::{ArrayElement, Compressor, Data, Document};
 use crate::grid::number::{Number, Numbers};
 use crate::source::{Endian, Source, room};
@@ -32,10 +32,13 @@ fn largest(compressor: &Compressor, compressed: u64) -> u64 {
 }
 
 /// Bytes that are decoded at a time; whole numbers of any size and groups of base64.
-const CHUNK: usize = 48 << 10;
+pub(super) const CHUNK: usize = 48 << 10;
+
+/// Indices that are handed on at a time.
+const RUN: usize = 4096;
 
 /// Takes decoded bytes, one part after the other.
-type Sink<'f> = &'f mut dyn FnMut(&[u8]) -> Result<(), Error>;
+pub(super) type Sink<'f> = &'f mut dyn FnMut(&[u8]) -> Result<(), Error>;
 
 /// Reads the arrays of one file.
 pub(super) struct Decoder<'a> {
@@ -113,53 +116,69 @@ impl<'a> Decoder<'a> {
         numbers.map_err(|error| self.error(array, error.to_string()))
     }
 
-    /// Calls `each` with `count` indices.
-    pub(super) fn each_index(
+    /// Calls `each` with `count` indices, some at a time.
+    pub(super) fn each_indices(
         &self,
         array: &ArrayElement,
         count: u64,
-        each: &mut dyn FnMut(u64) -> Result<(), Error>,
+        each: &mut dyn FnMut(&[u64]) -> Result<(), Error>,
     ) -> Result<(), Error> {
         if matches!(array.kind, Number::F32 | Number::F64) || array.components != 1 {
             return Err(self.error(array, "indices must be whole numbers, one component each"));
         }
         let count = self.count(array, count)?;
-        let mut number = 0;
-        let mut take = |value: i128| {
-            let index = u64::try_from(value).map_err(|_| {
-                self.error(
-                    array,
-                    format!("value {number} is {value}, and indices begin at 0"),
-                )
-            })?;
-            number += 1;
-            each(index)
+        let negative = |number: u64, value: i128| {
+            self.error(
+                array,
+                format!("value {number} is {value}, and indices begin at 0"),
+            )
         };
+        let mut indices = Vec::with_capacity(RUN);
+        let mut number = 0;
         if let Data::Ascii(text) = &array.data {
+            let whole = |word: &str| match word.parse::<u64>() {
+                Ok(index) => Some(i128::from(index)),
+                Err(_) => word.parse().ok(),
+            };
             let mut result = Ok(());
-            let whole = |word: &str| word.parse().ok();
             self.each_word(array, text, count, whole, &mut |value: i128| {
-                if result.is_ok() {
-                    result = take(value);
+                if result.is_err() {
+                    return;
+                }
+                match u64::try_from(value) {
+                    Ok(index) => indices.push(index),
+                    // What is wrong with an index before comes first.
+                    Err(_) => result = each(&indices).and(Err(negative(number, value))),
+                }
+                number += 1;
+                if indices.len() == RUN {
+                    result = each(&indices);
+                    indices.clear();
                 }
             })?;
-            return result;
+            return result.and_then(|()| each(&indices));
         }
         let (kind, endian) = (array.kind, self.document.endian);
         self.each_bytes(array, count, &mut |bytes| {
-            let mut numbers = bytes.chunks_exact(kind.size());
-            numbers.try_for_each(|b| take(integer(kind, endian, b)))
+            for run in bytes.chunks(RUN * kind.size()) {
+                indices.clear();
+                let appended = append_indices(kind, endian, run, &mut indices);
+                each(&indices)?;
+                number += indices.len() as u64;
+                appended.map_err(|value| negative(number, value))?;
+            }
+            Ok(())
         })
     }
 
     /// `count` indices; the caller bounds how many.
     pub(super) fn indices(&self, array: &ArrayElement, count: u64) -> Result<Vec<u64>, Error> {
         let mut values = Vec::new();
-        self.each_index(array, count, &mut |value| {
+        self.each_indices(array, count, &mut |indices| {
             if values.is_empty() {
                 values = room(count as usize)?;
             }
-            values.push(value);
+            values.extend_from_slice(indices);
             Ok(())
         })?;
         Ok(values)
@@ -361,21 +380,39 @@ impl<'a> Decoder<'a> {
                 ),
             ));
         }
-        for (i, size) in sizes.into_iter().enumerate() {
-            let is_last = i as u64 + 1 == block_count;
-            let full = if is_last && last_size != 0 {
-                last_size
-            } else {
-                block_size
+        let damaged = |block: u64, size: u64| {
+            self.error(
+                array,
+                format!("compressed block {block} is damaged or does not hold {size} bytes"),
+            )
+        };
+        let mut blocks = Blocks::new(compressor);
+        for (number, compressed) in (0..block_count).zip(sizes) {
+            let is_last = number + 1 == block_count;
+            let size = match is_last && last_size != 0 {
+                true => last_size,
+                false => block_size,
             };
-            let block = self.take(array, stream, size)?;
-            if full > largest(compressor, size)
-                || !decompress(compressor, &block, full as usize, sink)?
+            let taken = self.take(array, stream, compressed);
+            let taken = taken.and_then(|bytes| match size <= largest(compressor, compressed) {
+                true => Ok(bytes),
+                false => Err(damaged(number, size)),
+            });
+            let failure = match taken {
+                Ok(bytes) => {
+                    blocks.push(number, bytes, size as usize);
+                    None
+                }
+                Err(failure) => Some(failure),
+            };
+            // What is wrong with blocks before comes first.
+            if (failure.is_some() || is_last || blocks.are_enough())
+                && let Some((number, size)) = blocks.decompress(sink)?
             {
-                return Err(self.error(
-                    array,
-                    format!("compressed block {i} is damaged or does not hold {full} bytes"),
-                ));
+                return Err(damaged(number, size as u64));
+            }
+            if let Some(failure) = failure {
+                return Err(failure);
             }
         }
         Ok(())
@@ -424,44 +461,6 @@ impl<'a> Decoder<'a> {
     }
 }
 
-/// Calls `sink` with exactly `size` decompressed bytes, in parts; false if the block holds
-/// anything else.
-fn decompress(
-    compressor: &Compressor,
-    block: &[u8],
-    size: usize,
-    sink: Sink,
-) -> Result<bool, Error> {
-    match compressor {
-        Compressor::None | Compressor::Unknown(_) => Ok(false),
-        Compressor::Zlib => {
-            let mut decoder = flate2::read::ZlibDecoder::new(block);
-            let mut part = vec![0; CHUNK.min(size + 1)];
-            let mut left = size;
-            loop {
-                match decoder.read(&mut part) {
-                    Ok(0) => return Ok(left == 0),
-                    Ok(read) if read <= left => {
-                        left -= read;
-                        sink(&part[..read])?;
-                    }
-                    _ => return Ok(false),
-                }
-            }
-        }
-        Compressor::Lz4 => {
-            let mut bytes = room(size)?;
-            bytes.resize(size, 0);
-            let written = lz4_flex::block::decompress_into(block, &mut bytes);
-            if !written.is_ok_and(|written| written == size) {
-                return Ok(false);
-            }
-            sink(&bytes)?;
-            Ok(true)
-        }
-    }
-}
-
 /// Any integer type, widened. `u64` fits as well.
 fn integer(kind: Number, endian: Endian, bytes: &[u8]) -> i128 {
     match kind {
@@ -476,6 +475,34 @@ fn integer(kind: Number, endian: Endian, bytes: &[u8]) -> i128 {
         Number::F32 => i128::from(endian.f32(bytes) as i64),
         Number::F64 => i128::from(endian.f64(bytes) as i64),
     }
+}
+
+/// Appends whole numbers as indices, up to the first that is negative, which is the error.
+fn append_indices(
+    kind: Number,
+    endian: Endian,
+    bytes: &[u8],
+    indices: &mut Vec<u64>,
+) -> Result<(), i128> {
+    let mut numbers = bytes.chunks_exact(kind.size());
+    // The types of large meshes, without a decision for each number.
+    match kind {
+        Number::U8 => indices.extend(bytes.iter().map(|&byte| u64::from(byte))),
+        Number::I32 if numbers.clone().all(|b| endian.i32(b) >= 0) => {
+            indices.extend(numbers.map(|b| endian.i32(b) as u64));
+        }
+        Number::I64 if numbers.clone().all(|b| endian.i64(b) >= 0) => {
+            indices.extend(numbers.map(|b| endian.i64(b) as u64));
+        }
+        _ => {
+            return numbers.try_for_each(|number| {
+                let value = integer(kind, endian, number);
+                indices.push(u64::try_from(value).map_err(|_| value)?);
+                Ok(())
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Bytes one after the other.

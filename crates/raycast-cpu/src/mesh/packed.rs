@@ -103,17 +103,12 @@ pub(super) struct Packed {
 impl Packed {
     pub(super) fn new(source: &TetMesh, domain: Domain, scalar_map: ScalarMap) -> Packed {
         let normalization = Normalization::of(&domain.bounds);
-        let mut layout = Layout::new(source, Locality::Morton);
-        let count = layout.sums.len() as u32;
+        let count = source.cell_count() as u32;
         let neighbor = |n: u32| match n & AT_BOUNDARY {
             0 => n,
             _ => count + (n & !AT_BOUNDARY),
         };
-        let (sums, neighbors) = (
-            std::mem::take(&mut layout.sums),
-            std::mem::take(&mut layout.neighbors),
-        );
-        let cells = sums.into_iter().zip(neighbors).map(|(sum, neighbors)| {
+        let (mut layout, mut cells) = Layout::new(source, Locality::Morton, |sum, neighbors| {
             let [a, b, c, d] = neighbors.map(neighbor);
             Cell {
                 sum,
@@ -131,6 +126,7 @@ impl Packed {
                 neighbors: [count + face as u32; 4],
                 scalar: 0.0,
             });
+        cells.extend(outside);
         let vertex = |&point: &u32| {
             let position = normalization.position(source.points()[point as usize]);
             position.extend(0.0).to_array()
@@ -140,7 +136,7 @@ impl Packed {
             domain,
             scalar_map,
             kind: Kind::of(source),
-            cells: Arc::new(cells.chain(outside).collect()),
+            cells: Arc::new(cells),
             cell_count: count as usize,
             vertices: Arc::new(layout.vertex_order.iter().map(vertex).collect()),
             corners: Arc::default(),

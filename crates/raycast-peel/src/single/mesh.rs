@@ -71,7 +71,8 @@ impl Mesh {
         locality: Locality,
     ) -> Result<Mesh, Error> {
         let normalization = Normalization::of(&domain.bounds);
-        let layout = Layout::new(source, locality);
+        let (layout, cells) = Layout::new(source, locality, |sum, neighbors| (sum, neighbors));
+        let (sums, neighbors): (Vec<u32>, Vec<[u32; 4]>) = cells.into_iter().unzip();
         let position = |&point: &u32| normalization.position(source.points()[point as usize]);
         let positions: Vec<Vec3> = layout.vertex_order.iter().map(position).collect();
         let corners = |face: &[u32; 4]| [0, 1, 2].map(|i| positions[face[i] as usize]);
@@ -87,8 +88,8 @@ impl Mesh {
             faces: layout.boundary.iter().map(corners).collect(),
             vertices: gpu.upload_texels("of vertices", VERTEX, &vertices)?,
             scalars: of_cells(gpu, source, &scalar_map, &layout)?,
-            sums: gpu.upload_texels("of cells", TextureFormat::R32Uint, &layout.sums)?,
-            neighbors: gpu.upload_texels("of neighbors", ids, &layout.neighbors)?,
+            sums: gpu.upload_texels("of cells", TextureFormat::R32Uint, &sums)?,
+            neighbors: gpu.upload_texels("of neighbors", ids, &neighbors)?,
             boundary: gpu.upload_texels("of boundary faces", ids, &layout.boundary)?,
             source: source.clone(),
             domain,
