@@ -356,7 +356,10 @@ impl Slicing {
         };
         let cost = |level: &u32| {
             let size = boxes.box_size(*level);
-            let polygons = f64::from(geometry.slabs_per_box(size)) * FRAGMENTS_PER_POLYGON;
+            let polygons = match self.style.slice.slicer {
+                Slicer::Rays => 0.0,
+                _ => f64::from(geometry.slabs_per_box(size)) * FRAGMENTS_PER_POLYGON,
+            };
             visibility.count(*level) as f64 * (geometry.fragments_per_box(size) + polygons)
         };
         // Among equally cheap levels, take the coarser one.
