@@ -110,6 +110,7 @@ fn published(level: Level, shading: Shading) -> SlicingOptions {
         slices_per_voxel: 1.0,
         integration: Integration::PostClassified,
         filtering: Filtering::Hardware,
+        slicer: Slicer::VertexProgram,
         level,
         shading,
         ..SlicingOptions::default()
@@ -171,6 +172,7 @@ fn stages(criterion: &mut Criterion) {
             Slicer::VertexProgram,
             Traversal::Gpu,
         ),
+        ("rays", Slicer::Rays, Traversal::Cpu),
     ] {
         let options = SlicingOptions {
             slicer,

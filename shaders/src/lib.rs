@@ -50,6 +50,7 @@ macro_rules! slice_program {
             "slicing/slice.wgsl",
             "common/surfaces.wgsl",
             "slicing/surface.wgsl",
+            "slicing/rays.wgsl",
         )
     };
 }

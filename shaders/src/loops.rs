@@ -60,6 +60,10 @@ pub const MOST_KNOTS: usize = 1 << 14;
 /// `tetrascope-raycast-peel` holds itself: [`MOST_PASSES`] with room for what is before it.
 pub const MARCH_PASSES: u32 = 60_000;
 
+/// The most passes of one run of a ray's slabs, for which `tetrascope-slicing` chooses how many
+/// those are: [`MOST_PASSES`] with room for what is before it.
+pub const RUN_PASSES: u32 = 60_000;
+
 /// The most passes of one invocation for the columns of a cell of its own, `columns` of
 /// `tetrascope-gpu`.
 pub const COLUMN_CELL_PASSES: u32 = 4096;
@@ -87,11 +91,11 @@ const fn of(
 /// All loops, file by file.
 #[rustfmt::skip]
 pub const LOOPS: &[Loop] = &[
-    of("common/cue.wgsl", "integrate_cued", InAll(3 * MOST_INTERVALS + 8 * 50), "knots; ends at the opaque depth, so that all parts beyond the first of each piece are 48"),
-    of("common/cue.wgsl", "add_cued_parts", Counted, "24 parts of a piece, in integrate_cued"),
+    of("common/cue.wgsl", "integrate_cued_from", InAll(3 * MOST_INTERVALS + 8 * 50), "knots; ends at the opaque depth, so that all parts beyond the first of each piece are 48"),
+    of("common/cue.wgsl", "add_cued_parts", Counted, "24 parts of a piece, in integrate_cued_from"),
     of("common/look.wgsl", "clip_ray", AtMost(16), "clip planes, MAX_CLIP_PLANES"),
-    of("common/optics.wgsl", "integrate", InAll(3 * MOST_INTERVALS + 8 * 20), "knots; ends at the opaque depth, so that all parts beyond the first of each piece are 18"),
-    of("common/optics.wgsl", "attenuated_light", Counted, "18 parts of a piece, in integrate"),
+    of("common/optics.wgsl", "integrate_from", InAll(3 * MOST_INTERVALS + 8 * 20), "knots; ends at the opaque depth, so that all parts beyond the first of each piece are 18"),
+    of("common/optics.wgsl", "attenuated_light", Counted, "18 parts of a piece, in integrate_from"),
     of("common/sides.wgsl", "sides", AtMost(6), "edges of a cell"),
     of("common/surfaces.wgsl", "first_between", AtMost(32), "bisection"),
     of("common/surfaces.wgsl", "shade", AtMost(MOST_LIGHTS as u64), "lights, MOST_LIGHTS of tetrascope-core"),
@@ -112,7 +116,10 @@ pub const LOOPS: &[Loop] = &[
     of("slicing/ranges.wgsl", "cs_leaf", AtMost(133), "samples of such a row"),
     of("slicing/ranges.wgsl", "cs_leaf", AtMost(6), "halvings of a workgroup"),
     of("slicing/ranges.wgsl", "cs_gather", AtMost(8), "boxes of the level below"),
-    of("slicing/slab.wgsl", "slab_of", AtMost(3), "axes"),
+    of("slicing/rays.wgsl", "seek", Counted, "boxes that a run of slabs passes, in the loop around it"),
+    of("slicing/rays.wgsl", "fs_run", InAll(RUN_PASSES as u64), "ends of slabs of a run; `slabs_per_run` of tetrascope-slicing says how many that are"),
+    of("slicing/rays.wgsl", "fs_run_surface", InAll(RUN_PASSES as u64), "slabs of a run, the same"),
+    of("slicing/slab.wgsl", "in_volume", AtMost(3), "axes"),
     of("slicing/slab.wgsl", "gradient_at", AtMost(3), "axes"),
     of("slicing/slab.wgsl", "next_plane", AtMost(3), "axes"),
     of("slicing/slab.wgsl", "without_gaps", AtMost(13), "cells that a slab crosses, MOST_CELLS"),

@@ -15,9 +15,11 @@ use crate::float_table::FloatTable;
 use crate::frustum::Frustum;
 use crate::gpu_data::{Arguments, Cull, PlacedBox};
 use crate::octree::{Octree, Viewer};
+use crate::options::Slicer;
 use crate::ranges::first_range;
 use crate::samples::{Content, Samples};
 use crate::skip::SkipTable;
+use crate::table::{self, Table};
 use crate::voxels::Voxels;
 
 const LABEL: &str = "slicing::cull";
@@ -29,21 +31,21 @@ const BLOCK: u32 = 256;
 #[derive(Debug)]
 pub(crate) struct CullPass {
     layout: wgpu::BindGroupLayout,
-    /// Count, scan, list.
+    /// Count, scan, and list or table.
     pipelines: [wgpu::ComputePipeline; 3],
 }
 
 /// The octree and the transfer function on the device.
 #[derive(Debug)]
 pub(crate) struct CullData {
-    table: Table,
+    judge: Judge,
     counts: wgpu::Buffer,
     bricks: wgpu::Buffer,
 }
 
 /// What tells by a box's range whether it can show.
 #[derive(Debug)]
-enum Table {
+enum Judge {
     /// Of ranges that the CPU knows.
     Samples {
         table: Arc<SkipTable>,
@@ -60,6 +62,8 @@ pub(crate) struct Culling {
     block_count: u32,
     /// The list of boxes, once the pass has run.
     pub(crate) boxes: wgpu::Buffer,
+    /// The table of boxes in its place, and where the pass writes it.
+    table: Option<(Table, wgpu::BindGroup)>,
     /// [`Arguments`] of the draw.
     pub(crate) arguments: wgpu::Buffer,
     /// How many boxes there are in all.
@@ -71,6 +75,7 @@ pub(crate) struct Culling {
 /// What a frame draws and from where it is seen.
 pub(crate) struct Cast<'a> {
     pub(crate) level: u32,
+    pub(crate) slicer: Slicer,
     pub(crate) viewer: Viewer,
     pub(crate) frustum: &'a Frustum,
     /// At least as many boxes as can show.
@@ -80,22 +85,25 @@ pub(crate) struct Cast<'a> {
 }
 
 impl CullPass {
-    pub(crate) fn new(gpu: &Gpu) -> Result<CullPass, Error> {
+    pub(crate) fn new(gpu: &Gpu, slicer: Slicer) -> Result<CullPass, Error> {
         let types = [UNIFORM, READ, READ, READ, READ, WRITE, WRITE, WRITE];
         let layout = gpu.layout(LABEL, ShaderStages::COMPUTE, &types)?;
-        let pipeline = |entry| {
+        let pipeline = |entry, groups: &[&wgpu::BindGroupLayout]| {
             gpu.compute_pipeline(&ComputeProgram {
                 label: LABEL,
                 source: CULL,
                 entry: Some(entry),
-                groups: vec![layout.clone()],
+                groups: groups.iter().copied().cloned().collect(),
                 ..Default::default()
             })
         };
         let pipelines = [
-            pipeline("cs_count")?,
-            pipeline("cs_scan")?,
-            pipeline("cs_list")?,
+            pipeline("cs_count", &[&layout])?,
+            pipeline("cs_scan", &[&layout])?,
+            match slicer {
+                Slicer::Rays => pipeline("cs_table", &[&layout, &table::writing(gpu)?])?,
+                _ => pipeline("cs_list", &[&layout])?,
+            },
         ];
         Ok(CullPass { layout, pipelines })
     }
@@ -133,7 +141,7 @@ impl CullPass {
             bits,
             plane_count: cast.frustum.planes.len() as u32,
             block_count,
-            ..data.table.uniform(boxes, cast.level)
+            ..data.judge.uniform(boxes, cast.level)
         };
         let arguments = Arguments {
             index_count: cast.index_count,
@@ -150,7 +158,19 @@ impl CullPass {
         let usage = storage | BufferUsages::INDIRECT | BufferUsages::COPY_SRC;
         let arguments = gpu.upload(LABEL, &[arguments], usage)?;
         let blocks = gpu.buffer(LABEL, 4 * u64::from(block_count), storage)?;
-        let room = cast.room.max(1) * size_of::<PlacedBox>();
+        let table = match cast.slicer {
+            Slicer::Rays => {
+                let table = Table::to_write(gpu, boxes, cast.level)?;
+                let written = table.writing(gpu)?;
+                Some((table, written))
+            }
+            _ => None,
+        };
+        let room = match table {
+            Some(_) => 1,
+            None => cast.room.max(1),
+        };
+        let room = room * size_of::<PlacedBox>();
         let list = gpu.buffer("slicing::boxes", room as u64, storage)?;
         let ranges = data.ranges(gpu, samples, cast.level)?;
         let buffers = [
@@ -167,6 +187,7 @@ impl CullPass {
         Ok(Culling {
             group: gpu.checked(LABEL, 0, || group(gpu, LABEL, &self.layout, &buffers))?,
             block_count,
+            table,
             boxes: list,
             arguments,
             box_count: boxes.box_count(cast.level) as u64,
@@ -181,11 +202,21 @@ impl CullPass {
             timestamp_writes: None,
         });
         pass.set_bind_group(0, &culling.group, &[]);
+        if let Some((_, written)) = &culling.table {
+            pass.set_bind_group(1, written, &[]);
+        }
         let blocks = culling.block_count;
         for (pipeline, groups) in self.pipelines.iter().zip([blocks, 1, blocks]) {
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(groups, 1, 1);
         }
+    }
+}
+
+impl Culling {
+    /// The table of boxes, once the pass has run.
+    pub(crate) fn table(&self) -> Option<&Table> {
+        self.table.as_ref().map(|(table, _)| table)
     }
 }
 
@@ -198,9 +229,9 @@ impl CullData {
         appearance: &Appearance,
         voxels: &Voxels,
     ) -> Result<CullData, Error> {
-        let table = match table {
-            None => Table::Device(FloatTable::new(appearance)),
-            Some(table) => Table::Samples {
+        let judge = match table {
+            None => Judge::Device(FloatTable::new(appearance)),
+            Some(table) => Judge::Samples {
                 table: Arc::new(table),
                 ranges: Mutex::default(),
             },
@@ -212,25 +243,25 @@ impl CullData {
             [x, y, z, 0]
         };
         let bricks: Vec<[i32; 4]> = places(boxes.divisions(level)).map(texel).collect();
-        let counts = match &table {
-            Table::Samples { table, .. } => table.counts(),
-            Table::Device(table) => &table.counts,
+        let counts = match &judge {
+            Judge::Samples { table, .. } => table.counts(),
+            Judge::Device(table) => &table.counts,
         };
         Ok(CullData {
             counts: gpu.upload(LABEL, counts, BufferUsages::STORAGE)?,
             bricks: gpu.upload(LABEL, &bricks, BufferUsages::STORAGE)?,
-            table,
+            judge,
         })
     }
 
     /// The boxes' ranges of a level; on the device those of all levels.
     fn ranges(&self, gpu: &Gpu, samples: &Samples, level: u32) -> Result<wgpu::Buffer, Error> {
-        match (&self.table, &samples.content) {
-            (Table::Samples { table, ranges }, Content::Source { octree, .. }) => {
+        match (&self.judge, &samples.content) {
+            (Judge::Samples { table, ranges }, Content::Source { octree, .. }) => {
                 entries(gpu, octree, table, ranges, level)
             }
             (_, Content::Device { ranges, .. }) => Ok(ranges.buffer.clone()),
-            (Table::Device(_), Content::Source { .. }) => {
+            (Judge::Device(_), Content::Source { .. }) => {
                 unreachable!("a source has a table of the ranges that the CPU knows")
             }
         }
@@ -255,12 +286,12 @@ fn entries(
     Ok(ranges)
 }
 
-impl Table {
+impl Judge {
     /// What the shader needs to judge ranges of a level; the rest is 0.
     fn uniform(&self, boxes: &Boxes, level: u32) -> Cull {
         match self {
-            Table::Samples { .. } => Cull::zeroed(),
-            Table::Device(table) => Cull {
+            Judge::Samples { .. } => Cull::zeroed(),
+            Judge::Device(table) => Cull {
                 base: table.base,
                 most: table.most,
                 bins_per_scalar: table.bins_per_scalar,

@@ -39,8 +39,10 @@ pub const ENTRY: Entry = Entry {
             .about("slabs cut where the volume ends, or whole (published)"),
         Setting::choice("plane-test", &words(&PlaneTest::ALL), "sides")
             .about("which edges a plane cuts: as published, or by the sides of their ends"),
-        Setting::choice("slicer", &words(&Slicer::ALL), "vertex-program")
-            .about("who cuts boxes: the vertex program, or the CPU for comparison"),
+        Setting::choice("slicer", &words(&Slicer::ALL), "rays").about(
+            "slabs one behind the other on each ray, or as polygons: cut by the vertex program \
+             (published), or by the CPU for comparison",
+        ),
         Setting::choice("traversal", &words(&Traversal::ALL), "cpu")
             .about("who finds the boxes that can show, and their order"),
         Setting::choice("level", &words(&Level::ALL), "auto")

@@ -204,6 +204,9 @@ pub(crate) fn geometry(
             raw_unit: 1.0,
             raw_base: 0.0,
             raw_most: f32::MAX,
+            slabs_per_run: 0,
+            run_count: 0,
+            padding: [0; 2],
         },
         viewer: if is_perspective {
             // Rounded as on the device, for the same order there.
@@ -222,6 +225,11 @@ pub(crate) fn geometry(
 }
 
 impl FrameGeometry {
+    /// How many slabs there are.
+    pub(crate) fn slabs(&self) -> u32 {
+        self.uniform.slab_count as u32
+    }
+
     /// Planes that may cut a box of this size, in cells.
     pub(crate) fn slabs_per_box(&self, size: [usize; 3]) -> u32 {
         let size = DVec3::from_array(size.map(|s| s as f64)) + 2.0 * self.margin;

@@ -36,6 +36,9 @@ pub(crate) struct CameraUniform {
     pub(crate) raw_unit: f32,
     pub(crate) raw_base: f32,
     pub(crate) raw_most: f32,
+    pub(crate) slabs_per_run: u32,
+    pub(crate) run_count: u32,
+    pub(crate) padding: [u32; 2],
 }
 
 /// The mirror of `PlacedBox` in `box.wgsl`.
@@ -215,6 +218,8 @@ mod tests {
                     raw_unit,
                     raw_base,
                     raw_most,
+                    slabs_per_run,
+                    run_count,
                 }
             );
             assert_layout!(program, PlacedBox { low, texel });

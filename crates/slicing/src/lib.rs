@@ -19,12 +19,18 @@
 //!    compute pass has made ([`Slicing::from_device`]): `ranges` (`ranges.wgsl`) finds the values
 //!    of boxes there, and `float_table` is what tells which of them show.
 //! 3. `frame` is the camera in the volume's lattice, and `frustum` what it sees of it.
-//! 4. `slice` draws boxes, each an instance of one stack of polygons. `slab.wgsl` is the
-//!    part of a ray that a fragment stands for, `slice.wgsl` what it adds to a pixel (§7),
-//!    and `surface.wgsl` the isosurface that it meets, which hides what was drawn before.
-//!    `count` counts fragments.
+//! 4. `slice` draws boxes, each an instance of one stack of polygons ([`Slicer::VertexProgram`]).
+//!    `slab.wgsl` is the part of a ray that a fragment stands for, `slice.wgsl` what it adds to a
+//!    pixel (§7), and `surface.wgsl` the isosurface that it meets, which hides what was drawn
+//!    before. `count` counts fragments.
+//! 5. Unless asked for polygons, `rays.wgsl` takes the same slabs ray by ray ([`Slicer::Rays`]):
+//!    `table` has the boxes in which it looks, and `runs` says how many slabs one fragment takes.
 //!
 //! # Departures from the paper
+//! - *Slabs are drawn ray by ray*, front to back, in one fragment for hundreds of them
+//!   ([`Slicer::Rays`]). They are those of the polygons, to the last bit, but for the order in
+//!   which they are added up. Neighbors share a sample, what is behind all that shows is left
+//!   out, and a software adapter need not draw and blend millions of small polygons.
 //! - *A plane stands for a slab* around it, which is cut where the volume, a clip plane
 //!   or the eye ends it, and is as long as the ray in it. [`SlabEnds::Whole`] and
 //!   [`StepLength::Planar`] are the published slices.
@@ -120,9 +126,11 @@ mod options;
 mod polygons;
 mod ranges;
 mod renderer;
+mod runs;
 mod samples;
 mod skip;
 mod slice;
+mod table;
 mod texels;
 mod voxels;
 

@@ -24,9 +24,9 @@ pub struct SlicingOptions {
     pub step_length: StepLength,
     /// What happens to slabs that are partly outside of the volume.
     pub slab_ends: SlabEnds,
-    /// Which edges of a box count as cut by a plane.
+    /// Which edges of a box count as cut by a plane; [`Slicer::Rays`] has none.
     pub plane_test: PlaneTest,
-    /// Who cuts boxes.
+    /// Who cuts boxes, if anyone does.
     pub slicer: Slicer,
     /// Who finds the boxes that can show.
     pub traversal: Traversal,
@@ -65,7 +65,7 @@ tetrascope_core::choices! {
     StepLength: "per-ray" = PerRay, "planar" = Planar;
     SlabEnds: "clipped" = Clipped, "whole" = Whole;
     PlaneTest: "published" = Published, "sides" = Sides;
-    Slicer: "vertex-program" = VertexProgram, "cpu" = Cpu;
+    Slicer: "rays" = Rays, "vertex-program" = VertexProgram, "cpu" = Cpu;
     Traversal: "cpu" = Cpu, "gpu" = Gpu;
     Level: "auto" = Auto, "0" = Fixed(0), "1" = Fixed(1), "2" = Fixed(2), "3" = Fixed(3),
         "4" = Fixed(4), "5" = Fixed(5), "6" = Fixed(6), "7" = Fixed(7);
@@ -253,6 +253,11 @@ pub enum PlaneTest {
 /// Who cuts boxes into polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Slicer {
+    /// Nobody: a pixel's fragment goes through the same slabs of its ray, front to back, and
+    /// passes boxes that do not show. Two neighbors share the sample between them, nothing is
+    /// blended slab by slab, and what is behind all that shows is left out. A volume that is
+    /// streamed is drawn by [`Slicer::VertexProgram`], and the frame says so.
+    Rays,
     /// The vertex program, from one list of boxes.
     VertexProgram,
     /// The CPU, as was usual before the paper: it sends every polygon, each frame.

@@ -190,7 +190,10 @@ impl Slicing {
             pass: &pass,
         };
         let style = parts.style(appearance, volume, None)?;
-        let cull = style.cull.is_some().then(|| CullPass::new(gpu));
+        let cull = style
+            .cull
+            .is_some()
+            .then(|| CullPass::new(gpu, options.slicer));
         style.volume.find(gpu, |_| ())?;
         Ok(Slicing {
             cull: cull.transpose()?,
@@ -221,7 +224,7 @@ impl Slicing {
     ) -> Result<(), Error> {
         let gpu = self.canvas.gpu();
         let cull = match (&self.cull, &style.cull) {
-            (None, Some(_)) => Some(CullPass::new(gpu)?),
+            (None, Some(_)) => Some(CullPass::new(gpu, self.options.slicer)?),
             _ => None,
         };
         if !Arc::ptr_eq(&style.volume, &self.style.volume) {

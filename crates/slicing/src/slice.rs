@@ -1,4 +1,5 @@
-//! The pass that draws slabs (`box_plane.wgsl`, `slab.wgsl`, `slice.wgsl`, `surface.wgsl`).
+//! The pass that draws slabs (`box_plane.wgsl` or `rays.wgsl`, `slab.wgsl`, `slice.wgsl`,
+//! `surface.wgsl`).
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -17,6 +18,8 @@ use crate::options::{
     Crossing, Integration, Phong, PlaneTest, Shading, SlabEnds, Slicer, SlicingOptions, StepLength,
 };
 use crate::polygons::Polygons;
+use crate::runs::{Work, slabs_per_run};
+use crate::table;
 use crate::voxels::Voxels;
 
 const LABEL: &str = "slicing::slice";
@@ -36,6 +39,10 @@ pub(crate) struct SliceData {
     volume_group: wgpu::BindGroup,
     program: RenderProgram,
     pipeline: wgpu::RenderPipeline,
+    /// Who cuts boxes of this volume.
+    pub(crate) slicer: Slicer,
+    /// Slabs of a ray that one fragment takes at most.
+    pub(crate) slabs_per_run: u32,
 }
 
 /// What a frame is drawn with.
@@ -57,6 +64,8 @@ pub(crate) enum Shape {
         indices: wgpu::Buffer,
         arguments: wgpu::Buffer,
     },
+    /// All slabs of rays, in runs, for which the group has the table of boxes.
+    Rays { runs: u32, table: wgpu::BindGroup },
     /// Polygons as the CPU has cut them.
     Polygons {
         corners: wgpu::Buffer,
@@ -74,6 +83,7 @@ const CORRECTIONS: f64 = 8.0;
 /// What the pipeline of an appearance depends on.
 pub(crate) struct Look<'a> {
     pub(crate) intervals: &'a wgpu::Buffer,
+    pub(crate) interval_count: usize,
     pub(crate) appearance: &'a Appearance,
     /// A bound of the optical depth of any slab.
     pub(crate) deepest: f32,
@@ -129,8 +139,19 @@ impl SlicePass {
             types.push(BindingType::Sampler(wgpu::SamplerBindingType::Filtering));
         }
         let volume_layout = gpu.layout(LABEL, ShaderStages::FRAGMENT, &types)?;
-        let program = self.program(gpu, &volume_layout, voxels, look, options);
+        let slicer = match options.slicer {
+            // The boxes of a batch are not those of all of a ray.
+            Slicer::Rays if !voxels.is_complete() => Slicer::VertexProgram,
+            slicer => slicer,
+        };
+        let options = &SlicingOptions {
+            slicer,
+            ..options.clone()
+        };
+        let program = self.program(gpu, &volume_layout, voxels, look, options)?;
         Ok(SliceData {
+            slicer,
+            slabs_per_run: slabs_per_run(look.work(options)),
             volume_group: gpu
                 .checked(LABEL, 0, || group(gpu, LABEL, &volume_layout, &resources))?,
             pipeline: gpu.render_pipeline(&program)?,
@@ -145,7 +166,7 @@ impl SlicePass {
         voxels: &Voxels,
         look: &Look,
         options: &SlicingOptions,
-    ) -> RenderProgram {
+    ) -> Result<RenderProgram, Error> {
         let model = look.appearance.optical_model;
         let yes = |condition: bool| f64::from(u8::from(condition));
         let phong = match options.shading {
@@ -185,6 +206,7 @@ impl SlicePass {
             blend: Some(blend(model)),
             write_mask: wgpu::ColorWrites::ALL,
         };
+        let rays = options.slicer == Slicer::Rays;
         let (fragment, own, targets) = if model == OpticalModel::Isosurfaces {
             // What is drawn later hides what was drawn before.
             let colors = wgpu::ColorTargetState {
@@ -193,12 +215,13 @@ impl SlicePass {
             };
             let distances = wgpu::TextureFormat::R32Float.into();
             (
-                "fs_surface",
+                if rays { "fs_run_surface" } else { "fs_surface" },
                 &surface[..],
                 vec![Some(colors), Some(distances)],
             )
         } else {
-            ("fs_slice", &volume[..], vec![Some(sums)])
+            let fragment = if rays { "fs_run" } else { "fs_slice" };
+            (fragment, &volume[..], vec![Some(sums)])
         };
         let covered = voxels.texels.covered.map(|is| ("COVERED", yes(is)));
         let (vertex, vertex_constants, buffers) = match options.slicer {
@@ -207,8 +230,13 @@ impl SlicePass {
                 ("vs_slice", vec![("BY_SIDES", by_sides)], vec![])
             }
             Slicer::Cpu => ("vs_polygon", vec![], vec![Some(CORNERS)]),
+            Slicer::Rays => ("vs_run", vec![], vec![]),
         };
-        RenderProgram {
+        let mut groups = vec![self.frame_layout.clone(), volume_layout.clone()];
+        if rays {
+            groups.push(table::reading(gpu)?);
+        }
+        Ok(RenderProgram {
             label: LABEL,
             source: voxels.texels.program,
             vertex,
@@ -217,10 +245,10 @@ impl SlicePass {
             fragment: Some(fragment),
             constants: [&common, own, covered.as_slice()].concat(),
             targets,
-            groups: vec![self.frame_layout.clone(), volume_layout.clone()],
+            groups,
             // Both windings: a grid's axes may be left-handed.
             ..Default::default()
-        }
+        })
     }
 
     /// The triangles of stacks of as many polygons as the uniform's `slabs_per_box`, and
@@ -288,6 +316,21 @@ impl SlicePass {
             None => draw(&mut pass),
         }
         Ok(())
+    }
+}
+
+impl Look<'_> {
+    /// What loops of a slab depend on.
+    fn work(&self, options: &SlicingOptions) -> Work {
+        let model = self.appearance.optical_model;
+        let cells = model == OpticalModel::Isosurfaces && options.crossing == Crossing::Cells;
+        Work {
+            model,
+            intervals: self.interval_count,
+            surfaces: self.appearance.isosurfaces.len(),
+            in_parts: self.deepest > 1.0 || self.appearance.depth_cue.is_some(),
+            by_cells: self.gaps || self.nearest || cells,
+        }
     }
 }
 
@@ -371,6 +414,10 @@ impl Shape {
     fn draw(&self, pass: &mut wgpu::RenderPass, boxes: Range<u32>) {
         let of = wgpu::IndexFormat::Uint32;
         match self {
+            Shape::Rays { runs, table } => {
+                pass.set_bind_group(2, table, &[]);
+                pass.draw(0..CORNERS_PER_RUN, 0..*runs);
+            }
             Shape::Stack {
                 indices,
                 index_count,
@@ -414,6 +461,9 @@ impl SliceFrame {
         })
     }
 }
+
+/// A triangle over the image for each run of slabs.
+pub(crate) const CORNERS_PER_RUN: u32 = 3;
 
 /// A polygon as a fan.
 const TRIANGLES: [u32; 12] = [0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5];

@@ -10,22 +10,34 @@ override CUED: bool = false;
 
 // `integrate` with a cue.
 fn integrate_cued(front: f32, back: f32, length: f32, cue: vec2f) -> vec4f {
+    var held = no_interval();
+    return integrate_cued_from(&held, front, back, length, cue);
+}
+
+// `integrate_from` with a cue.
+fn integrate_cued_from(
+    held: ptr<function, Held>,
+    front: f32,
+    back: f32,
+    length: f32,
+    cue: vec2f,
+) -> vec4f {
     let rising = front <= back;
     let whole = abs(back - front);
+    enter(held, front, rising, whole == 0.0);
     var sum = vec4f(0.0);
-    var index = find_interval(front, rising);
     var from_scalar = front;
     let most = interval_count();
     for (var n = 0u; n < most; n++) {
-        let i = interval(index);
+        let i = (*held).pair;
         let to_scalar = select(max(back, i.low), min(back, i.high), rising);
         var start = sample_interval(i, from_scalar);
         var end = sample_interval(i, to_scalar);
         var share = vec2f(0.0, 1.0);
         if whole > 0.0 {
             share = abs(vec2f(from_scalar, to_scalar) - front) / whole;
-        } else if index > 0u && from_scalar == i.low {
-            start = 0.5 * (start + sample_interval(interval(index - 1u), from_scalar));
+        } else if (*held).on_step {
+            start = 0.5 * (start + (*held).below);
             end = start;
         }
         let piece = length * select(1.0, abs(to_scalar - from_scalar) / whole, whole > 0.0);
@@ -33,7 +45,8 @@ fn integrate_cued(front: f32, back: f32, length: f32, cue: vec2f) -> vec4f {
         if select(i.low <= back, i.high >= back, rising) || hides_all(sum) {
             break;
         }
-        index = select(index - 1u, index + 1u, rising);
+        (*held).index = select((*held).index - 1u, (*held).index + 1u, rising);
+        (*held).pair = interval((*held).index);
         from_scalar = to_scalar;
     }
     return sum;

@@ -15,15 +15,21 @@ override DEEP: bool = true;
 // Split at the knots, in ray order, so each piece is linear in extinction and color. Ends
 // behind the opaque depth: so all pieces together have few parts of `attenuated_light`.
 fn integrate(front: f32, back: f32, length: f32) -> vec4f {
+    var held = no_interval();
+    return integrate_from(&held, front, back, length);
+}
+
+// `integrate`, beginning with the interval in which the segment before ended, if that was near.
+fn integrate_from(held: ptr<function, Held>, front: f32, back: f32, length: f32) -> vec4f {
     let rising = front <= back;
     let whole = abs(back - front);
+    enter(held, front, rising, whole == 0.0);
     var sum = vec4f(0.0);
-    var index = find_interval(front, rising);
     var from_scalar = front;
     // Bounded, so that a NaN cannot hang the device.
     let most = interval_count();
     for (var n = 0u; n < most; n++) {
-        let i = interval(index);
+        let i = (*held).pair;
         let to_scalar = select(max(back, i.low), min(back, i.high), rising);
         var start = sample_interval(i, from_scalar);
         var end = sample_interval(i, to_scalar);
@@ -31,9 +37,8 @@ fn integrate(front: f32, back: f32, length: f32) -> vec4f {
         var share = length;
         if whole > 0.0 {
             share = length * (abs(to_scalar - from_scalar) / whole);
-        } else if index > 0u && from_scalar == i.low {
-            // Constant, and on a step: both sides count half.
-            start = 0.5 * (start + sample_interval(interval(index - 1u), from_scalar));
+        } else if (*held).on_step {
+            start = 0.5 * (start + (*held).below);
             end = start;
         }
         sum = add_piece(sum, start, end, share);
@@ -41,7 +46,8 @@ fn integrate(front: f32, back: f32, length: f32) -> vec4f {
             break;
         }
         // The outer intervals reach beyond every scalar, so the walk stays inside.
-        index = select(index - 1u, index + 1u, rising);
+        (*held).index = select((*held).index - 1u, (*held).index + 1u, rising);
+        (*held).pair = interval((*held).index);
         from_scalar = to_scalar;
     }
     return sum;

@@ -36,3 +36,34 @@ fn find_interval(scalar: f32, rising: bool) -> u32 {
     }
     return first;
 }
+
+// The interval in which a ray is, kept from segment to segment, as most begin where the one before
+// ended.
+struct Held {
+    index: u32,
+    pair: KnotPair,
+    // Whether the scalar is constant and on a step: both sides count half, and this is the lower one.
+    on_step: bool,
+    below: vec4f,
+}
+
+// Before the first segment: no scalar is in it.
+fn no_interval() -> Held {
+    return Held(0u, KnotPair(vec4f(0.0), vec4f(0.0), 1.0, 0.0, 0.0), false, vec4f(0.0));
+}
+
+// Goes to the interval that one enters at `scalar`, on the way up or down.
+fn enter(held: ptr<function, Held>, scalar: f32, rising: bool, is_constant: bool) {
+    (*held).on_step = false;
+    // At a knot the direction decides.
+    if scalar > (*held).pair.low && scalar < (*held).pair.high {
+        return;
+    }
+    let index = find_interval(scalar, rising);
+    (*held).index = index;
+    (*held).pair = interval(index);
+    if is_constant && index > 0u && scalar == (*held).pair.low {
+        (*held).on_step = true;
+        (*held).below = sample_interval(interval(index - 1u), scalar);
+    }
+}

@@ -6,7 +6,8 @@
 // order is to close the gaps of boxes that do not show, by prefix sums.
 // In:   the range of each box as two places in a table over the transfer function, or as two
 //       scalars (ranges.wgsl), whose places are found here.
-// Out:  the list of boxes that `vs_slice` draws, and the arguments of that draw.
+// Out:  the list of boxes that `vs_slice` draws, and the arguments of that draw; or, as how many
+//       they are is found alike, the table of boxes in which rays.wgsl looks.
 // With: slicing/box.wgsl
 
 struct Cull {
@@ -53,6 +54,8 @@ struct Arguments {
 @group(0) @binding(5) var<storage, read_write> blocks: array<u32>;
 @group(0) @binding(6) var<storage, read_write> boxes: array<PlacedBox>;
 @group(0) @binding(7) var<storage, read_write> arguments: Arguments;
+// All boxes, as rays.wgsl has them.
+@group(1) @binding(0) var table: texture_storage_3d<rgba16sint, write>;
 
 const BLOCK: u32 = 256u;
 
@@ -110,10 +113,24 @@ fn cs_list(
     sums[local] = select(0u, 1u, shown);
     let number = blocks[block.x] + sum_before(local);
     if shown {
-        let brick = place >> cull.brick_shift.xyz;
-        let index = brick.x + cull.brick_count.x * (brick.y + cull.brick_count.y * brick.z);
-        boxes[number] = PlacedBox(vec3i(place * cull.box_size.xyz), bricks[index].xyz);
+        boxes[number] = PlacedBox(vec3i(place * cull.box_size.xyz), texel_of(place));
     }
+}
+
+// The table.
+@compute @workgroup_size(BLOCK)
+fn cs_table(@builtin(global_invocation_id) id: vec3u) {
+    if is_rank(id.x) {
+        let place = place_of(id.x);
+        textureStore(table, place, vec4i(texel_of(place), select(0, 1, shows(place))));
+    }
+}
+
+// What turns the index of a sample in a box into its texel.
+fn texel_of(place: vec3u) -> vec3i {
+    let brick = place >> cull.brick_shift.xyz;
+    let index = brick.x + cull.brick_count.x * (brick.y + cull.brick_count.y * brick.z);
+    return bricks[index].xyz;
 }
 
 fn is_rank(rank: u32) -> bool {

@@ -46,6 +46,9 @@ struct CameraUniform {
     raw_unit: f32,
     raw_base: f32,
     raw_most: f32,
+    // Of a ray, slabs of a fragment at most, and fragments of a pixel (rays.wgsl).
+    slabs_per_run: u32,
+    run_count: u32,
 }
 
 // Group 0 is the frame, group 1 the volume.

@@ -1,4 +1,4 @@
-// Slab: the part of a pixel's ray that a fragment stands for, and the field on it.
+// Slab: a part of a pixel's ray between two planes, and the field on it.
 //
 // Every number here depends on the pixel and the slab alone, so that boxes share no seam: a
 // slab of a ray belongs to the one box that has its middle.
@@ -16,45 +16,85 @@ override NEAREST: bool = false;
 // The gradient of the interpolant in its cell; or central differences.
 override TRILINEAR: bool = false;
 
-// Lattice space, but for through and slope.
-struct Slab {
-    origin: vec3f,  // of the ray, at depth 0
+// What of a pixel's ray is looked at. Lattice space, but for through and slope.
+struct Ray {
+    origin: vec3f,  // at depth 0
     along: vec3f,   // per unit of depth
-    through: vec2f, // the ray in camera space is (through, 0) + depth · (slope, 1)
+    through: vec2f, // in camera space the ray is (through, 0) + depth · (slope, 1)
     slope: vec2f,
-    front: f32,     // depths
-    back: f32,      // not behind the front if nothing is left
-    texel: vec3i,   // as in `PlacedBox`
+    front: f32,     // depths; with `CUT_ENDS` the volume's ends are cut off
+    back: f32,
 }
 
-fn slab_of(in: Varying) -> Slab {
-    let part = boxes[in.box_index];
-    let x = 2.0 * in.position.x / frame.size.x - 1.0;
-    let y = 1.0 - 2.0 * in.position.y / frame.size.y;
+struct Slab {
+    origin: vec3f, // as in `Ray`
+    along: vec3f,
+    through: vec2f,
+    slope: vec2f,
+    front: f32,    // depths
+    back: f32,     // not behind the front if nothing is left
+    texel: vec3i,  // as in `PlacedBox`
+}
+
+fn ray_of(position: vec2f) -> Ray {
+    let x = 2.0 * position.x / frame.size.x - 1.0;
+    let y = 1.0 - 2.0 * position.y / frame.size.y;
     let origin = frame.origin.xyz + x * frame.origin_x.xyz + y * frame.origin_y.xyz;
     let along = frame.along.xyz + x * frame.along_x.xyz + y * frame.along_y.xyz;
     let extent = (frame.w_per_depth * frame.anchor_depth + frame.w_constant) / frame.clip_per_unit;
     let through = vec2f(x, y) * extent;
     let slope = vec2f(x, y) * frame.slope;
-    var front = slab_depth(in.slab);
-    var back = slab_depth(in.slab + 1);
-    if CUT_ENDS {
-        for (var axis = 0u; axis < 3u; axis++) {
-            keep(origin[axis], along[axis], &front, &back);
-            keep(frame.cells[axis] - origin[axis], -along[axis], &front, &back);
-        }
-    }
     let left = clip_ray(vec3f(through, 0.0), vec3f(slope, 1.0));
-    front = max(front, left.x);
-    back = min(back, min(left.y, end_of_ray(vec2i(in.position.xy))));
-    let middle = origin + 0.5 * (front + back) * along;
-    let outside = !CUT_ENDS && (any(middle < vec3f(0.0)) || any(middle > frame.cells.xyz));
-    let cell = cell_of(middle);
-    let elsewhere = any(cell < part.low) || any(cell >= part.low + vec3i(frame.box_size.xyz));
-    if outside || elsewhere {
-        back = front;
+    var ray = Ray(origin, along, through, slope, left.x, min(left.y, end_of_ray(vec2i(position))));
+    if CUT_ENDS {
+        let inside = in_volume(ray);
+        ray.front = max(ray.front, inside.x);
+        ray.back = min(ray.back, inside.y);
     }
-    return Slab(origin, along, through, slope, front, back, part.texel);
+    return ray;
+}
+
+// Between which depths a ray is in the volume.
+fn in_volume(ray: Ray) -> vec2f {
+    var front = -FAR_AWAY;
+    var back = FAR_AWAY;
+    for (var axis = 0u; axis < 3u; axis++) {
+        keep(ray.origin[axis], ray.along[axis], &front, &back);
+        keep(frame.cells[axis] - ray.origin[axis], -ray.along[axis], &front, &back);
+    }
+    return vec2f(front, back);
+}
+
+// What is left of a slab on a ray.
+fn slab_on(ray: Ray, number: i32, texel: vec3i) -> Slab {
+    let front = max(slab_depth(number), ray.front);
+    let back = min(slab_depth(number + 1), ray.back);
+    return Slab(ray.origin, ray.along, ray.through, ray.slope, front, back, texel);
+}
+
+// The middle of a slab; a slab belongs to the box that has it.
+fn middle_of(slab: Slab) -> vec3f {
+    return slab.origin + 0.5 * (slab.front + slab.back) * slab.along;
+}
+
+// Whether a slab that is not cut where the volume ends is left out.
+fn is_outside(middle: vec3f) -> bool {
+    return !CUT_ENDS && (any(middle < vec3f(0.0)) || any(middle > frame.cells.xyz));
+}
+
+fn is_in_box(cell: vec3i, low: vec3i) -> bool {
+    return all(cell >= low) && all(cell < low + vec3i(frame.box_size.xyz));
+}
+
+// The slab that a polygon's fragment stands for; empty if that is another's.
+fn slab_of(in: Varying) -> Slab {
+    let part = boxes[in.box_index];
+    var slab = slab_on(ray_of(in.position.xy), in.slab, part.texel);
+    let middle = middle_of(slab);
+    if is_outside(middle) || !is_in_box(cell_of(middle), part.low) {
+        slab.back = slab.front;
+    }
+    return slab;
 }
 
 // Cuts [front, back] to where at + slope · depth ≥ 0.
@@ -127,20 +167,35 @@ fn has_gap(c: Corners) -> bool {
     return GAPS && max(max(greatest.x, greatest.y), max(greatest.z, greatest.w)) >= GAP;
 }
 
-// What cells with gaps leave of a slab.
+// What is left of a slab, of which cells with gaps are cut out.
 struct Left {
     scalars: vec2f, // where it begins and where it ends
     front: f32,     // depths
     back: f32,
     depth: f32,     // from front to back without the gaps between; 0 if nothing is left
     middle: f32,    // a depth that is not in a gap, in the middle if all is left
+    // The mean of both ends, which scales extinction. What that errs by is a product of two
+    // changes over a slab, and so of second order.
+    coverage: f32,
+}
+
+// All of a slab, with these samples at its ends.
+fn between_samples(slab: Slab, front: vec2f, back: vec2f) -> Left {
+    // An end that is not covered has no scalar of its own.
+    let scalars = vec2f(
+        select(front.x, back.x, front.y <= 0.0),
+        select(back.x, front.x, back.y <= 0.0),
+    );
+    let middle = 0.5 * (slab.front + slab.back);
+    let depth = slab.back - slab.front;
+    return Left(scalars, slab.front, slab.back, depth, middle, 0.5 * (front.y + back.y));
 }
 
 // Cells without gaps on both sides of one are taken for neighbors: the scalar changes by
 // about as much as a slab is long, and few slabs have any gaps, so what this errs by is of
 // second order.
 fn without_gaps(slab: Slab) -> Left {
-    var left = Left(vec2f(0.0), slab.back, slab.back, 0.0, slab.back);
+    var left = Left(vec2f(0.0), slab.back, slab.back, 0.0, slab.back, 1.0);
     var longest = 0.0;
     var has_all = true;
     var at = slab.front;

@@ -1,4 +1,4 @@
-// Slice: what a slab of the volume adds to a pixel.
+// Slice: what a slab of the volume adds to a pixel, and the fragments of its polygons.
 //
 // Rezk Salama, Kolb 2005, §7; step lengths, clipped slabs and integration are ours, see
 // the crate docs.
@@ -31,59 +31,50 @@ override SHININESS: f32 = 20.0;
 @fragment
 fn fs_slice(in: Varying) -> @location(0) vec4f {
     let slab = slab_of(in);
-    var front = slab.front;
-    var back = slab.back;
-    if front >= back {
+    if slab.front >= slab.back {
         discard;
     }
+    return blended(part_of(slab));
+}
+
+// The light and the optical depth of a slab.
+fn part_of(slab: Slab) -> vec4f {
     if NEAREST {
-        return blended(cell_by_cell(slab));
+        return cell_by_cell(slab);
     }
-    var depth = back - front;
-    var middle = slab.origin + 0.5 * (front + back) * slab.along;
-    var scalars: vec2f;
-    // Of the slab: the mean of its ends, which scales extinction. What that errs by is a product
-    // of two changes over a slab, and so of second order.
-    var coverage = 1.0;
+    var left: Left;
     if GAPS && SLABS && CUT_ENDS {
-        let left = without_gaps(slab);
-        if left.depth <= 0.0 {
-            discard;
-        }
-        scalars = left.scalars;
-        front = left.front;
-        back = left.back;
-        depth = left.depth;
-        middle = slab.origin + left.middle * slab.along;
+        left = without_gaps(slab);
     } else if SLABS {
-        let a = sample_at(slab.origin + front * slab.along, slab.texel);
-        let b = sample_at(slab.origin + back * slab.along, slab.texel);
-        // An end that is not covered has no scalar of its own.
-        scalars = vec2f(select(a.x, b.x, a.y <= 0.0), select(b.x, a.x, b.y <= 0.0));
-        coverage = 0.5 * (a.y + b.y);
+        let front = sample_at(slab.origin + slab.front * slab.along, slab.texel);
+        let back = sample_at(slab.origin + slab.back * slab.along, slab.texel);
+        left = between_samples(slab, front, back);
     } else {
-        let there = sample_at(middle, slab.texel);
-        scalars = vec2f(there.x);
-        coverage = there.y;
+        let there = sample_at(middle_of(slab), slab.texel);
+        left = between_samples(slab, there, there);
     }
-    if coverage <= 0.0 {
-        discard;
+    var held = no_interval();
+    return part_left(slab, left, &held);
+}
+
+// The light and the optical depth of what is left of a slab.
+fn part_left(slab: Slab, left: Left, held: ptr<function, Held>) -> vec4f {
+    let scalars = left.scalars;
+    if left.depth <= 0.0 || left.coverage <= 0.0 || (GAPS && max(scalars.x, scalars.y) >= GAP) {
+        return vec4f(0.0);
     }
-    if GAPS && max(scalars.x, scalars.y) >= GAP {
-        discard;
-    }
-    let thickness = coverage * depth * select(1.0, stretched(slab), PER_RAY);
+    let thickness = left.coverage * left.depth * select(1.0, stretched(slab), PER_RAY);
     var sum: vec4f;
     if CUED {
-        let cue = vec2f(cue_in(slab, front), cue_in(slab, back));
-        sum = integrate_cued(scalars.x, scalars.y, thickness, cue);
+        let cue = vec2f(cue_in(slab, left.front), cue_in(slab, left.back));
+        sum = integrate_cued_from(held, scalars.x, scalars.y, thickness, cue);
     } else {
-        sum = integrate(scalars.x, scalars.y, thickness);
+        sum = integrate_from(held, scalars.x, scalars.y, thickness);
     }
     if PHONG {
-        sum = lit(sum, middle, slab);
+        sum = lit(sum, slab.origin + left.middle * slab.along, slab);
     }
-    return blended(sum);
+    return sum;
 }
 
 // The light and the optical depth of the cells that a slab crosses, front to back: the scalar

@@ -31,19 +31,29 @@ struct Hit {
 @fragment
 fn fs_surface(in: Varying) -> Met {
     let slab = slab_of(in);
-    // Where each cell has its own scalar, no value is met in any.
-    if NEAREST || slab.front >= slab.back {
+    if slab.front >= slab.back {
         discard;
     }
-    var hit: Hit;
-    if IN_CELLS {
-        hit = first_in_cells(slab);
-    } else {
-        hit = first_between_ends(slab);
-    }
+    let hit = first_in(slab);
     if hit.surface == look.surface_count {
         discard;
     }
+    return met(slab, hit);
+}
+
+fn first_in(slab: Slab) -> Hit {
+    // Where each cell has its own scalar, no value is met in any.
+    if NEAREST {
+        return Hit(look.surface_count, 0.0, vec3i(0));
+    }
+    if IN_CELLS {
+        return first_in_cells(slab);
+    }
+    return first_between_ends(slab);
+}
+
+// The surface as it is seen.
+fn met(slab: Slab, hit: Hit) -> Met {
     let place = slab.origin + hit.depth * slab.along;
     var gradient: vec3f;
     if TRILINEAR {

@@ -1,5 +1,6 @@
 //! What a frame records: which boxes, with what, and in how many batches.
 
+use bytemuck::Zeroable as _;
 use tetrascope_core::{Error, FrameStats, OpticalModel, View};
 use tetrascope_f32::look::look;
 use tetrascope_gpu::memory::Source;
@@ -131,10 +132,13 @@ impl Slicing {
                 let (boxes, indices) = (drawn[0].instance_count, drawn[0].index_count);
                 stats.count(BRICKS_DRAWN, boxes.into());
                 stats.count(BRICKS_SKIPPED, culling.box_count - u64::from(boxes));
-                stats.count(VERTICES, u64::from(boxes) * slice::vertices(indices));
-                // As known where the CPU finds that there is nothing to draw.
-                if boxes == 0 {
-                    stats.count(FRAGMENTS, 0);
+                // Rays are followed before anyone knows whether they meet boxes.
+                if indices > 0 {
+                    stats.count(VERTICES, u64::from(boxes) * slice::vertices(indices));
+                    // As known where the CPU finds that there is nothing to draw.
+                    if boxes == 0 {
+                        stats.count(FRAGMENTS, 0);
+                    }
                 }
                 Ok(Outcome::Complete)
             });
@@ -212,7 +216,11 @@ impl Slicing {
         if room == 0 {
             return Ok((None, box_count));
         }
+        let slicer = style.slice.slicer;
+        let runs = geometry.slabs().div_ceil(style.slice.slabs_per_run);
         let uniform = gpu_data::CameraUniform {
+            slabs_per_run: style.slice.slabs_per_run,
+            run_count: runs,
             scalar_unit: style.scale.unit,
             scalar_base: style.scale.base,
             raw_unit: style.scale.raw_unit,
@@ -222,33 +230,64 @@ impl Slicing {
         };
         let mut stats = self.stats();
         let drawn = boxes.len() as u64;
-        let data = self.boxes(level, &boxes);
-        let mut sent = (size_of_val(&uniform) + size_of_val(&data[..])) as u64;
-        let mut culling = None;
-        let shape = match (self.options.slicer, &self.cull, &style.cull) {
-            (Slicer::VertexProgram, Some(pass), Some(cull)) => {
-                let (indices, index_count) = self.pass.stacks(gpu, uniform.slabs_per_box)?;
+        let data = match slicer {
+            // What buffers have at least.
+            Slicer::Rays => vec![gpu_data::PlacedBox::zeroed()],
+            _ => self.boxes(level, &boxes),
+        };
+        let mut sent = size_of_val(&uniform) as u64;
+        if slicer != Slicer::Rays {
+            sent += size_of_val(&data[..]) as u64;
+        }
+        let stack = match slicer {
+            Slicer::VertexProgram => Some(self.pass.stacks(gpu, uniform.slabs_per_box)?),
+            _ => None,
+        };
+        let culling = match (&self.cull, &style.cull) {
+            (Some(pass), Some(cull)) => {
                 let cast = Cast {
                     level,
+                    slicer,
                     viewer,
                     frustum: &frustum,
                     room,
-                    index_count,
+                    index_count: stack.as_ref().map_or(0, |(_, count)| *count),
                 };
-                let of_frame = pass.frame(gpu, cull, &style.volume, &style.voxels, &cast)?;
-                sent += of_frame.bytes;
-                let arguments = of_frame.arguments.clone();
-                culling = Some(of_frame);
-                Shape::Counted { indices, arguments }
+                let culling = pass.frame(gpu, cull, &style.volume, &style.voxels, &cast)?;
+                sent += culling.bytes;
+                Some(culling)
             }
-            (Slicer::VertexProgram, ..) => {
-                let (indices, index_count) = self.pass.stacks(gpu, uniform.slabs_per_box)?;
-                Shape::Stack {
-                    indices,
-                    index_count,
+            _ => None,
+        };
+        let shape = match (slicer, stack) {
+            (Slicer::Rays, _) => {
+                let table = match (culling.as_ref().and_then(Culling::table), known) {
+                    (Some(table), _) => table.clone(),
+                    (None, Some((_, visibility))) => {
+                        let (tables, voxels) = (&style.tables, &style.voxels);
+                        tables.known(gpu, divided, level, visibility, voxels)?
+                    }
+                    (None, None) => unreachable!("what the CPU does not know the device finds"),
+                };
+                stats.bytes_resident += table.bytes;
+                stats.count(VERTICES, u64::from(runs * slice::CORNERS_PER_RUN));
+                let table = table.reading(gpu)?;
+                Shape::Rays { runs, table }
+            }
+            (Slicer::VertexProgram, stack) => {
+                let (indices, index_count) = stack.expect("made for it");
+                match &culling {
+                    Some(culling) => Shape::Counted {
+                        indices,
+                        arguments: culling.arguments.clone(),
+                    },
+                    None => Shape::Stack {
+                        indices,
+                        index_count,
+                    },
                 }
             }
-            (Slicer::Cpu, ..) => {
+            (Slicer::Cpu, _) => {
                 let lows = boxes.iter().map(|place| divided.low(level, *place));
                 let limit = gpu.limits().max_buffer_size;
                 let polygons = Polygons::cut(&uniform, self.options.plane_test, lows, limit)?;
@@ -287,7 +326,7 @@ impl Slicing {
             stats.count(BRICKS_DRAWN, drawn);
             stats.count(BRICKS_SKIPPED, box_count - drawn);
         }
-        if known && self.options.slicer == Slicer::VertexProgram {
+        if known && slicer == Slicer::VertexProgram {
             stats.count(VERTICES, drawn * slabs * POLYGON as u64);
         }
         let plan = Plan {
@@ -307,13 +346,20 @@ impl Slicing {
         let visibility = match (self.options.level, &self.style.visibility) {
             (Level::Fixed(level), _) => return level.clamp(least, boxes.deepest()),
             (Level::Auto, None) => {
-                return boxes.first_level(|size| size.iter().all(|s| *s <= DEVICE_CELLS));
+                let most = match self.style.slice.slicer {
+                    Slicer::Rays => RAY_CELLS,
+                    _ => DEVICE_CELLS,
+                };
+                return boxes.first_level(|size| size.iter().all(|s| *s <= most));
             }
             (Level::Auto, Some(visibility)) => visibility,
         };
         let cost = |level: &u32| {
             let size = boxes.box_size(*level);
-            let polygons = f64::from(geometry.slabs_per_box(size)) * FRAGMENTS_PER_POLYGON;
+            let polygons = match self.style.slice.slicer {
+                Slicer::Rays => 0.0,
+                _ => f64::from(geometry.slabs_per_box(size)) * FRAGMENTS_PER_POLYGON,
+            };
             visibility.count(*level) as f64 * (geometry.fragments_per_box(size) + polygons)
         };
         // Among equally cheap levels, take the coarser one.
@@ -347,6 +393,10 @@ impl Slicing {
             let note = "the volume is streamed, so the CPU finds the boxes to draw";
             stats.notes.push(note.into());
         }
+        if self.options.slicer != style.slice.slicer {
+            let note = "the volume is streamed, so it is drawn in polygons";
+            stats.notes.push(note.into());
+        }
         let filtered = style.voxels.texels.filtered;
         if self.options.filtering == Filtering::Hardware && !filtered {
             let note = match style.volume.device_grid() {
@@ -373,3 +423,7 @@ const FRAGMENTS_PER_POLYGON: f64 = 32.0;
 /// boxes show. In the example above, those of 16 cells took two fifths of the time of one box, and
 /// those of 8 a third.
 const DEVICE_CELLS: usize = 16;
+
+/// The same for rays, which pass a box in a step: there those of 16 cells took a third longer than
+/// those of 8.
+const RAY_CELLS: usize = 8;

@@ -18,6 +18,7 @@ use crate::octree::Visibility;
 use crate::options::{SlicingOptions, Traversal};
 use crate::samples::Samples;
 use crate::slice::{Look, SliceData, SlicePass};
+use crate::table::Tables;
 use crate::texels::{Scale, Texels};
 use crate::voxels::Voxels;
 
@@ -35,6 +36,8 @@ pub(super) struct Style {
     pub(super) voxels: Arc<Voxels>,
     /// Where the GPU traverses and all that can show is on it.
     pub(super) cull: Option<CullData>,
+    /// Where rays look for the boxes that the CPU knows.
+    pub(super) tables: Tables,
     pub(super) intervals: wgpu::Buffer,
     /// Clip planes, normal · p + w ≥ 0 in lattice space.
     pub(super) kept: Vec<Vec4>,
@@ -117,9 +120,11 @@ impl Parts<'_> {
         let longest = longest_slab(lattice, &volume.normalization, slices);
         let scalars = range.map_or(ANY_SCALAR, |range| map.range(Some(range)));
         let deepest = deepest(&knots, scalars, longest);
+        let interval_count = knots.len();
         let knots = gpu.upload("the transfer function", &knots, BufferUsages::STORAGE)?;
         let look = Look {
             intervals: &knots,
+            interval_count,
             appearance,
             deepest,
             gaps: volume.has_gaps(model),
@@ -137,6 +142,7 @@ impl Parts<'_> {
             visibility,
             voxels,
             cull: cull.transpose()?,
+            tables: Tables::default(),
             slice,
         })
     }

@@ -9,6 +9,7 @@ mod device;
 mod features;
 mod frames;
 mod loops;
+mod rays;
 mod real_data;
 mod support;
 mod surfaces;

@@ -6,7 +6,7 @@ use tetrascope_core::{
 };
 use tetrascope_io::{FileData, ReadOptions, read_file};
 use tetrascope_slicing::counters::{BRICKS_DRAWN, FRAGMENTS};
-use tetrascope_slicing::{Filtering, Integration, Level, SlicingOptions};
+use tetrascope_slicing::{Filtering, Integration, Level, Slicer, SlicingOptions};
 
 use crate::support::*;
 
@@ -83,6 +83,7 @@ fn skipping_leaves_the_aneurism_as_it_is() {
         level,
         integration: Integration::PostClassified,
         filtering: Filtering::Hardware,
+        slicer: Slicer::VertexProgram,
         ..of(0)
     };
     let [whole, boxes] = [Level::Fixed(0), Level::Auto]
