@@ -183,7 +183,7 @@ mod tests {
         let flat = Volume::Mesh(mesh((points, cells), |p| p.x));
         let whole = Volume::Mesh(mesh(cube(), |p| p.x));
         let view = fitted(&whole, CameraFit::PlusIso, false, 8);
-        for (volume, what) in [(&regular, "makes one of a mesh"), (&flat, "no volume")] {
+        for (volume, what) in [(&regular, "makes one of a mesh"), (&flat, "without volume")] {
             let why = refusal(&ENTRY, "", (volume, &ramp(&whole), &view));
             assert!(why.contains(what), "{why}");
         }

@@ -194,7 +194,7 @@ mod tests {
         let view = fitted(&whole, CameraFit::PlusIso, false, 8);
         for (volume, settings, what) in [
             (&regular, "", "makes one of a mesh"),
-            (&flat, "", "no volume"),
+            (&flat, "", "without volume"),
             (&whole, "cells=as-given", "has not kept them"),
             (
                 &whole,

@@ -608,7 +608,7 @@ fn what_cannot_be_sampled_is_refused_in_words() {
     let cases = [
         (&sphere, of_dims([0, 4, 4]), "at least 2 samples"),
         (&sphere, of_dims([4, 1 << 20, 4]), "texels a side"),
-        (&flat, usual, "no volume"),
+        (&flat, usual, "without volume"),
         (&sphere, far, "samples from the grid"),
     ];
     for (mesh, lattice, words) in cases {
