@@ -151,6 +151,11 @@ impl Recipe {
             })
             .collect();
         knots.sort_by(|a, b| a.scalar.total_cmp(&b.scalar));
+        // Two at one scalar are a step; more are refused.
+        let steps = knots.chunk_by(|a, b| a.scalar == b.scalar);
+        let knots = steps
+            .flat_map(|at_one| at_one.iter().take(2).copied())
+            .collect();
         let function = TransferFunction::new(knots).expect("sorted");
         let models = [
             OpticalModel::EmissionAbsorption,
