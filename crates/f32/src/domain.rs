@@ -1,6 +1,6 @@
 //! The box and the range that a volume's numbers are relative to.
 
-use tetrascope_core::{Bounds, Error, TetMesh};
+use tetrascope_core::{Bounds, Error, ScalarUnits, TetMesh};
 
 /// What positions, scalars of isosurfaces and the depth cue are relative to.
 ///
@@ -31,6 +31,14 @@ impl Domain {
     pub fn of_floats(self) -> Domain {
         Domain {
             scalar_range: self.scalar_range.map(range_of_floats),
+            ..self
+        }
+    }
+
+    /// The same of a field in other units.
+    pub fn in_units(self, units: &ScalarUnits) -> Domain {
+        Domain {
+            scalar_range: self.scalar_range.map(|range| units.range(range)),
             ..self
         }
     }

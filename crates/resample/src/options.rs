@@ -177,10 +177,7 @@ impl ResamplingOptions {
 
     /// The same of a field in other units.
     pub(crate) fn in_units(&self, units: &ScalarUnits) -> ResamplingOptions {
-        let moved = |domain: Domain| Domain {
-            scalar_range: domain.scalar_range.map(|range| units.range(range)),
-            ..domain
-        };
+        let moved = |domain: Domain| domain.in_units(units);
         let mut options = self.clone();
         options.domain = options.domain.map(moved);
         options.slicing.domain = options.slicing.domain.map(moved);

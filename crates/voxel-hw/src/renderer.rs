@@ -84,10 +84,7 @@ impl VoxelizationOptions {
 
     /// The same of a field in other units.
     fn in_units(&self, units: &ScalarUnits) -> VoxelizationOptions {
-        let moved = |domain: Domain| Domain {
-            scalar_range: domain.scalar_range.map(|range| units.range(range)),
-            ..domain
-        };
+        let moved = |domain: Domain| domain.in_units(units);
         let mut options = self.clone();
         options.domain = options.domain.map(moved);
         options.slicing.domain = options.slicing.domain.map(moved);

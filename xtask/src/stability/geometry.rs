@@ -266,7 +266,7 @@ fn cycle(name: &str, count: u32) -> Case {
 
 /// Two cubes that share an edge, and two that share a corner.
 fn edges_without_a_disk() -> Case {
-    let keep = |c: [usize; 3]| c[0] == c[1] && (c[0] + c[2]) % 2 == 0;
+    let keep = |c: [usize; 3]| c[0] == c[1] && (c[0] + c[2]).is_multiple_of(2);
     let (points, cells) = kuhn(3, DVec3::NEG_ONE, DVec3::ONE, keep);
     let volume = Pieces::with_field(points, cells, waves).volume();
     let view = whole(&volume);

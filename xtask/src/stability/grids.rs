@@ -8,7 +8,7 @@ use tetrascope_testing::{Place, grid, grid_of, knot};
 use super::case::{Case, Group, Shot};
 use super::scenes::{
     ORANGE, SIDE, along_x, down_x, look, one_color, parallel, perspective, plain, plain_over,
-    waves, whole,
+    seven_steps, waves, whole,
 };
 
 pub(super) fn cases() -> Vec<Case> {
@@ -231,13 +231,8 @@ fn opaque_at_once() -> Case {
 
 /// Two knots at each of 7 places, on 0 to 1 along x.
 fn steps() -> Case {
-    let extinctions = [0.3, 4.0, 0.0, 1.0, 0.02, 7.0, 0.5, 2.0];
-    let mut knots = Vec::new();
-    for (i, extinction) in extinctions.into_iter().enumerate() {
-        let ends = [i, i + 1].map(|i| i as f64 / 8.0);
-        knots.extend(ends.map(|scalar| knot(scalar, ORANGE, extinction)));
-    }
-    let depth = extinctions.iter().sum::<f64>() / 8.0 * 2.0;
+    let (knots, mean) = seven_steps();
+    let depth = mean * 2.0;
     let volume = Volume::Grid(grid(&cube([9; 3]), along_x));
     let shot = Shot::new(volume, look(knots), down_x());
     Case::known(Group::Grids, "7 steps over a grid", shot, move |_| {

@@ -129,6 +129,17 @@ pub(super) fn plain_over(low: f64, high: f64, length: f64) -> Appearance {
     ])
 }
 
+/// Eight extinctions of one color over an eighth of [0, 1] each, and their mean.
+pub(super) fn seven_steps() -> (Vec<Knot>, f64) {
+    let extinctions = [0.3, 4.0, 0.0, 1.0, 0.02, 7.0, 0.5, 2.0];
+    let mut knots = Vec::new();
+    for (i, extinction) in extinctions.into_iter().enumerate() {
+        let ends = [i, i + 1].map(|i| i as f64 / 8.0);
+        knots.extend(ends.map(|scalar| knot(scalar, ORANGE, extinction)));
+    }
+    (knots, extinctions.iter().sum::<f64>() / 8.0)
+}
+
 /// As `appearance` under another model.
 pub(super) fn under(model: OpticalModel, appearance: Appearance) -> Appearance {
     Appearance {

@@ -6,7 +6,7 @@ use tetrascope_testing::{Random, knot};
 
 use super::case::{Case, Group, Shot};
 use super::scenes::{
-    ORANGE, Pieces, along_x, down_x, look, one_color, parallel, plain, waves, whole,
+    ORANGE, Pieces, along_x, down_x, look, one_color, parallel, plain, seven_steps, waves, whole,
 };
 
 /// A ray through the cube along x.
@@ -82,13 +82,8 @@ fn decades() -> Case {
 
 /// Two knots at each of 7 places: what is between them is uniform.
 fn steps() -> Case {
-    let extinctions = [0.3, 4.0, 0.0, 1.0, 0.02, 7.0, 0.5, 2.0];
-    let mut knots = Vec::new();
-    for (i, extinction) in extinctions.into_iter().enumerate() {
-        let ends = [i, i + 1].map(|i| i as f64 / 8.0);
-        knots.extend(ends.map(|scalar| knot(scalar, ORANGE, extinction)));
-    }
-    let depth = extinctions.iter().sum::<f64>() / 8.0 * LENGTH;
+    let (knots, mean) = seven_steps();
+    let depth = mean * LENGTH;
     let shot = Shot::new(
         Pieces::cube(5, 0.2, along_x).volume(),
         look(knots),
