@@ -6,7 +6,7 @@
 
 use crate::{Appearance, Isosurface, Knot, Scalars, TetMesh, TransferFunction};
 
-/// What is to hold scalars.
+/// The kind of floats that hold scalars.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Floats {
     /// 24 bits.

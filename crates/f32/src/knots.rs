@@ -135,7 +135,7 @@ impl Needle {
         (low + NARROWEST).max(low.next_up())
     }
 
-    /// What is between the ends of a pair of this width.
+    /// Color and extinction of a pair of this width.
     fn value(&self, width: f32) -> [f32; 4] {
         let extinction = (self.depth / f64::from(width)).min(HUGE) as f32;
         let [r, g, b] = self.light.map(|light| match self.depth > 0.0 {

@@ -102,7 +102,7 @@ impl<'a> Steepness<'a> {
             let shift = (b.color - a.color).abs().max_element();
             let width = b.scalar - a.scalar;
             let slopes = [rise / width, shift / width];
-            // What is as steep as f64 can say is a step.
+            // A slope beyond f64 is a step.
             if slopes.iter().all(|slope| slope.is_finite()) {
                 extinction_slope = extinction_slope.max(slopes[0]);
                 color_slope = color_slope.max(slopes[1]);

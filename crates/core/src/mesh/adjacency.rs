@@ -94,7 +94,7 @@ fn add_faces(places: [u32; 4], least: u32, cell: u32, faces: &mut Vec<FaceKey>) 
     }
 }
 
-/// What threads write to while they pair faces.
+/// The table that threads share while they pair faces.
 struct Pairs<'a> {
     tetrahedra: &'a [[u32; 4]],
     /// Whether points coincide.
