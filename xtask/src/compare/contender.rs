@@ -29,8 +29,9 @@ pub(super) struct Contender {
     restyle: Option<Duration>,
 }
 
-/// A setting's frames are not repeated any more once they took so long in all, the first included:
-/// a default run has hundreds of settings, and what takes long varies less.
+/// A setting's frames are not repeated any more once they took so long in all, the first included,
+/// but for one: a default run has hundreds of settings, and what takes long varies less. The first
+/// alone says little: drivers compile shaders in it.
 const ENOUGH: Duration = Duration::from_millis(600);
 
 /// How far the camera goes around the focal point from frame to frame.
@@ -70,7 +71,7 @@ impl Contender {
     /// Draws the frame of a round: the first is judged, those after it are timed unless they would
     /// take too long.
     pub(super) fn draw(&mut self, scene: &Scene, round: u32) {
-        if round > 0 && self.spent() >= ENOUGH {
+        if !self.wall_ms.is_empty() && self.spent() >= ENOUGH {
             return;
         }
         let Ok(renderer) = &self.renderer else { return };
@@ -131,7 +132,7 @@ impl Contender {
         };
         let truth = truth.filter(|_| !self.algorithm.is_truth());
         let first_ms = milliseconds(self.first);
-        // Where one frame took long it is all there is.
+        // Where no other was asked for, the first is all there is.
         let (wall_ms, gpu_ms) = match self.wall_ms.is_empty() {
             true => {
                 let gpu_ms = frame.stats.gpu_seconds.map(|s| s * 1e3);
