@@ -67,6 +67,7 @@ macro_rules! cell_program {
             "projection/footprint.wgsl",
             "projection/chord.wgsl",
             "common/optics_model.wgsl",
+            "common/layer.wgsl",
             "common/transfer_function.wgsl",
             "common/optics.wgsl",
             "common/cue.wgsl",
@@ -110,6 +111,7 @@ macro_rules! step_program {
         program!(
             "ping_pong/rays.wgsl",
             "common/optics_model.wgsl",
+            "common/layer.wgsl",
             "common/transfer_function.wgsl",
             "common/optics.wgsl",
             "preintegration/axes.wgsl",
@@ -262,6 +264,7 @@ pub mod raycast_peel {
     /// Follow each ray to its end.
     pub const MARCH: &str = program!(
         "common/optics_model.wgsl",
+        "common/layer.wgsl",
         "common/transfer_function.wgsl",
         "common/optics.wgsl",
         "common/cue.wgsl",
@@ -301,6 +304,7 @@ pub mod raycast_peel {
     /// The same for rays that are given one by one, to test it.
     pub const AIM: &str = program!(
         "common/optics_model.wgsl",
+        "common/layer.wgsl",
         "common/transfer_function.wgsl",
         "common/optics.wgsl",
         "common/cue.wgsl",

@@ -23,6 +23,7 @@ mod page;
 pub mod panel;
 pub mod picture;
 pub mod plot;
+pub mod rays;
 pub mod report;
 pub mod setup;
 pub mod snapshots;

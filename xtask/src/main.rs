@@ -4,14 +4,14 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tetrascope::core::{Error, ErrorKind};
-use xtask::{bench, compare, dashboard, setup, snapshots, stability, sweep, voxel_figures};
+use xtask::{bench, compare, dashboard, rays, setup, snapshots, stability, sweep, voxel_figures};
 
 /// The harness of Tetrascope
 #[derive(Parser)]
 #[command(
     bin_name = "cargo xtask",
     after_help = "Exit status: 0 done, 1 failure, 2 usage, 3 bad input, 4 no suitable graphics \
-                  adapter, 5 an error above its bound, a case that hangs, a snapshot that is not as \
+                  adapter, 5 an error above its bound, a case that hangs, a ray that is lost, a snapshot that is not as \
                   reviewed, or a benchmark that is slower beyond noise."
 )]
 struct Arguments {
@@ -35,6 +35,8 @@ enum Task {
     Bench(bench::Options),
     /// Draw stiff and extreme cases with every algorithm: does each keep what it promises?
     Stability(stability::Options),
+    /// Cast rays by the hundred million at what breaks walks from cell to cell; goes on where it was
+    Rays(rays::Options),
     /// Simulate the machine of voxels: meshes, sizes, samples and machines
     Machine(sweep::Options),
     /// Draw figures 3 to 6 of Prakash and Manohar's paper again
@@ -84,6 +86,7 @@ fn main() -> ExitCode {
         Task::Bench(options) => finish(bench::run(&options).map(status)),
         Task::Machine(options) => finish(sweep::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Stability(options) => finish(stability::run(&options).map(status)),
+        Task::Rays(options) => finish(rays::run(&options).map(status)),
         Task::Figures(options) => finish(voxel_figures::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Snapshots(options) => finish(snapshots::run(&options).map(status)),
         Task::Bless => finish(snapshots::bless().map(|()| ExitCode::SUCCESS)),

@@ -1,7 +1,8 @@
 //! Stiff and extreme cases, drawn by every algorithm: who keeps what it promises on the day that data
 //! is ugly.
 //!
-//! 1. [`suite`] is all cases: scenes, and what is known of their pictures (`case`).
+//! 1. [`suite`] is all cases: scenes, and what is known of their pictures (`case`), in emission and
+//!    absorption; [`under`] is those that mean something in another optical model (`models`).
 //! 2. The ground truth draws each and is held to what is known: closed forms, other pictures of the
 //!    same, laws of physics.
 //! 3. Every algorithm draws it with each setting that promises something, and with its default one, and
@@ -16,6 +17,7 @@ mod judge;
 mod kept;
 mod laws;
 mod matrix;
+mod models;
 mod page;
 mod scenes;
 mod stiff;
@@ -28,11 +30,12 @@ pub use case::{Case, Expected, Group, Light, Shot};
 pub use judge::{Judgment, Outcome};
 pub use kept::keep;
 pub use matrix::{Cell, Line, Matrix};
+pub use models::{OTHERS, surfaces};
 
 use std::path::PathBuf;
 use std::time::Duration;
 
-use tetrascope::core::Error;
+use tetrascope::core::{Error, OpticalModel};
 use tetrascope::{Algorithm, Context, Promise, Settings};
 
 use self::judge::{Truth, judge, judge_truth};
@@ -49,6 +52,9 @@ pub struct Options {
     /// Algorithms, separated by commas; the ground truth is always one [default: all]
     #[arg(long, value_delimiter = ',')]
     pub algorithms: Vec<String>,
+    /// Optical models, separated by commas [default: all]
+    #[arg(long, value_delimiter = ',', value_parser = model)]
+    pub models: Vec<OpticalModel>,
     /// The folder of index.html, and of scenes that are drawn wrongly [default: target/stability]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -74,9 +80,29 @@ pub fn suite() -> Vec<Case> {
     groups.into_iter().flatten().collect()
 }
 
+/// Those of the suite that mean something in this model, in it.
+pub fn under(model: OpticalModel) -> Vec<Case> {
+    let mut cases = suite();
+    let is_of = |case: &Case| case.shots[0].appearance.optical_model == model;
+    let others: Vec<Case> = cases
+        .iter()
+        .filter_map(|case| models::under(model, case))
+        .collect();
+    cases.retain(is_of);
+    cases.extend(others);
+    cases.sort_by_key(|case| case.group);
+    cases
+}
+
+fn model(name: &str) -> Result<OpticalModel, String> {
+    let found = OpticalModel::ALL.into_iter().find(|m| m.name() == name);
+    let names = OpticalModel::ALL.map(OpticalModel::name).join(", ");
+    found.ok_or_else(|| format!("the optical models are {names}"))
+}
+
 /// Draws the suite, prints the matrix, writes the page, and returns whether nothing is wrong.
 pub fn run(options: &Options) -> Result<bool, Error> {
-    let cases = chosen(&options.cases)?;
+    let cases = chosen(options)?;
     if options.list {
         for case in &cases {
             println!("{case:?}");
@@ -125,9 +151,13 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     Ok(matrix.passed() && too_long.is_empty())
 }
 
-/// The cases that contain one of `names`.
-fn chosen(names: &[String]) -> Result<Vec<Case>, Error> {
-    let mut cases = suite();
+/// The cases of the models that are asked for whose names contain one of those that are.
+fn chosen(options: &Options) -> Result<Vec<Case>, Error> {
+    let is_asked = |m: &OpticalModel| options.models.is_empty() || options.models.contains(m);
+    let models = OpticalModel::ALL.into_iter().filter(is_asked);
+    let mut cases: Vec<Case> = models.flat_map(under).collect();
+    cases.sort_by_key(|case| case.group);
+    let names = &options.cases;
     let is_named = |case: &Case, name: &String| format!("{case:?}").contains(name.as_str());
     if let Some(name) = names
         .iter()

@@ -15,7 +15,7 @@ use tetrascope::core::{
 };
 use tetrascope_testing::kuhn;
 use xtask::machine::target;
-use xtask::stability::{Case, Group, Matrix, Shot, keep};
+use xtask::stability::{Case, Group, Matrix, Shot, keep, surfaces};
 use xtask::testing::{algorithms, context};
 
 /// Pixels along a side.
@@ -68,7 +68,7 @@ fn recipe() -> impl Strategy<Value = Recipe> {
         any::<bool>(),
         prop::bool::weighted(0.2),
         prop::collection::vec((0..33u32, unit(), -3.0..2.5), 1..7),
-        0..4usize,
+        0..OpticalModel::ALL.len(),
     );
     let view = (
         prop::array::uniform3(-2.5..2.5),
@@ -157,12 +157,6 @@ impl Recipe {
             .flat_map(|at_one| at_one.iter().take(2).copied())
             .collect();
         let function = TransferFunction::new(knots).expect("sorted");
-        let models = [
-            OpticalModel::EmissionAbsorption,
-            OpticalModel::Emission,
-            OpticalModel::Absorption,
-            OpticalModel::MaximumIntensity,
-        ];
         let focal_point = bounds.center() + size / 2.0 * DVec3::from(self.at);
         let mut position = bounds.center() + size / 2.0 * DVec3::from(self.eye);
         if (position - focal_point).length() < 0.05 * size {
@@ -189,7 +183,13 @@ impl Recipe {
             height: SIDE,
             background: TRANSPARENT,
         };
-        Shot::new(volume, Appearance::new(function, models[self.model]), view)
+        let model = OpticalModel::ALL[self.model];
+        let shot = Shot::new(volume, Appearance::new(function, model), view);
+        // Between two knots, where there are two.
+        match (model, surfaces(&shot)) {
+            (OpticalModel::Isosurfaces, Some(appearance)) => Shot { appearance, ..shot },
+            _ => shot,
+        }
     }
 }
 

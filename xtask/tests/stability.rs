@@ -1,12 +1,18 @@
 //! Stiff and extreme cases with every algorithm, in its settings that promise something.
 
 use tetrascope_testing::say;
-use xtask::stability::{Group, Matrix, suite};
+use xtask::stability::{Case, Group, Matrix, OTHERS, suite, under};
 use xtask::testing::{algorithms, context};
 
-/// Draws the cases of a group, and fails with all that is wrong.
+/// Draws the cases of a group, and fails with all that is wrong: each in its own optical model, and in one of
+/// the others, which take turns. `cargo xtask stability` draws each in all.
 fn check(group: Group) {
     let mut cases = suite();
+    for (turn, model) in OTHERS.into_iter().enumerate() {
+        let others = under(model).into_iter().enumerate();
+        let is_its_turn = |(i, case): (usize, Case)| (i % OTHERS.len() == turn).then_some(case);
+        cases.extend(others.filter_map(is_its_turn));
+    }
     cases.retain(|case| case.group == group);
     let mut algorithms = algorithms(&format!("stability: {}", group.name()));
     algorithms.retain(|algorithm| !algorithm.is_truth());

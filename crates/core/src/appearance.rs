@@ -178,7 +178,8 @@ pub enum OpticalModel {
     Absorption,
     /// The greatest c on the ray and of B, channel by channel; σ plays no part,
     /// so what should not show is black. Cell order is free. (Weiler, Kraus,
-    /// Ertl 2002, §5.1, keep "the maximum of the transfer function".)
+    /// Ertl 2002, §5.1, keep "the maximum of the transfer function".) A layer of
+    /// cells without thickness counts as thin layers do, here and below.
     MaximumIntensity,
     /// The nearest of [`Appearance::isosurfaces`], opaque, shaded by
     /// [`Appearance::lighting`] and the field's gradient in the cell

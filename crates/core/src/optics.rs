@@ -94,9 +94,9 @@ impl<'a> RayIntegral<'a> {
     /// Adds the next segment, behind all that were added before.
     ///
     /// A segment with a scalar that is not finite is transparent, and one that has no
-    /// length adds nothing, in `MaximumIntensity` too. Where the scalar is constant and
-    /// on a step of the transfer function, both sides count half
-    /// ([`TransferFunction::sample`]).
+    /// length adds nothing. In `MaximumIntensity` it does if its scalar changes: a layer without
+    /// thickness is what thin layers tend to. Where the scalar is constant and on a step of the
+    /// transfer function, both sides count half ([`TransferFunction::sample`]).
     #[inline]
     pub fn add(&mut self, segment: &Segment) {
         self.add_cued(segment, NO_CUE);
@@ -111,7 +111,9 @@ impl<'a> RayIntegral<'a> {
             back,
             length,
         } = segment;
-        if length.is_nan() || length <= 0.0 || !(front.is_finite() && back.is_finite()) {
+        let is_layer = self.model == OpticalModel::MaximumIntensity && front != back;
+        let shows = length > 0.0 || (length == 0.0 && is_layer);
+        if !(shows && front.is_finite() && back.is_finite()) {
             return;
         }
         // An infinite length times no extinction would be NaN.

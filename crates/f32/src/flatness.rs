@@ -1,6 +1,6 @@
 //! Volumes so flat that 32-bit floats hold lengths across them badly.
 
-use tetrascope_core::{Bounds, FrameStats};
+use tetrascope_core::{Bounds, FrameStats, OpticalModel};
 
 use crate::Normalization;
 
@@ -25,10 +25,20 @@ pub fn rounding_across(bounds: &Bounds, normalization: &Normalization) -> f64 {
 /// Says in a frame's statistics how wrong it may be for [`rounding_across`], if that is worth saying.
 ///
 /// An optical depth of τ that is off by a share r of itself changes opacity by r τ e^(−τ) < r, and light of colors
-/// up to 1 by no more.
-pub fn say_if_flat(stats: &mut FrameStats, bounds: &Bounds, normalization: &Normalization) {
+/// up to 1 by no more. A surface's normal is the direction of a sum of products of two edges, each off by r: its
+/// terms by 2 r, and a unit vector by twice that.
+pub fn say_if_flat(
+    stats: &mut FrameStats,
+    bounds: &Bounds,
+    normalization: &Normalization,
+    model: OpticalModel,
+) {
     let off = rounding_across(bounds, normalization);
-    if off < WORTH_SAYING {
+    let shows = match model {
+        OpticalModel::Isosurfaces => (4.0 * off).min(1.0),
+        _ => off,
+    };
+    if shows < WORTH_SAYING {
         return;
     }
     let size = bounds.size();
@@ -37,7 +47,7 @@ pub fn say_if_flat(stats: &mut FrameStats, bounds: &Bounds, normalization: &Norm
         size.min_element() / size.max_element(),
         off
     ));
-    stats.error_bound = Some(stats.error_bound.unwrap_or(0.0).max(off));
+    stats.error_bound = Some(stats.error_bound.unwrap_or(0.0).max(shows));
 }
 
 #[cfg(test)]
@@ -46,19 +56,24 @@ mod tests {
 
     use super::*;
 
-    fn stats(thickness: f64) -> FrameStats {
+    fn stats(thickness: f64, model: OpticalModel) -> FrameStats {
         let bounds = Bounds::of([DVec3::ZERO, DVec3::new(1.0, 1.0, thickness)]);
         let mut stats = FrameStats::default();
-        say_if_flat(&mut stats, &bounds, &Normalization::of(&bounds));
+        say_if_flat(&mut stats, &bounds, &Normalization::of(&bounds), model);
         stats
     }
 
     #[test]
     fn flat_volumes_say_so_and_others_do_not() {
+        let model = OpticalModel::EmissionAbsorption;
         for thickness in [1.0, 1e-2, 0.0] {
-            assert_eq!(stats(thickness), FrameStats::default(), "{thickness}");
+            assert_eq!(
+                stats(thickness, model),
+                FrameStats::default(),
+                "{thickness}"
+            );
         }
-        let thin = stats(1e-6);
+        let thin = stats(1e-6, model);
         // 2⁻²² of a scale of ½ in 1e-6.
         let known = 0.5 / (1 << 22) as f64 / 1e-6;
         assert!((thin.error_bound.expect("said") - known).abs() < 1e-12);
@@ -67,6 +82,8 @@ mod tests {
             "{:?}",
             thin.notes
         );
-        assert_eq!(stats(1e-12).error_bound, Some(1.0));
+        assert_eq!(stats(1e-12, model).error_bound, Some(1.0));
+        let surfaces = stats(1e-6, OpticalModel::Isosurfaces).error_bound;
+        assert!((surfaces.expect("said") - 4.0 * known).abs() < 1e-12);
     }
 }

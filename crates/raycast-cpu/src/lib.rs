@@ -30,7 +30,8 @@
 //! - Light behind a transmittance of 2⁻²⁶ is left out, which is less than f32 resolves of the greatest
 //!   color.
 //! - A ray's ways through cells are off by 2⁻²⁴ of the volume's extent: where a cell is a thousandth of
-//!   it thick, that is 1e-4 of its light.
+//!   it thick, that is 1e-4 of its light. Its greatest value and its surfaces are seen, however thin it is;
+//!   of values of cells, not of points, those of cells thinner than that are lost.
 //!
 //! # In an application
 //! ```

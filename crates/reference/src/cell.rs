@@ -21,6 +21,8 @@ pub(crate) struct Cell {
 /// What a ray has in common with a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Crossing {
+    /// Whether it has no length, yet the scalar changes on it.
+    pub(crate) is_layer: bool,
     /// Where it enters and leaves; z_in ≤ z_out.
     pub(crate) z_in: f64,
     pub(crate) z_out: f64,
@@ -58,6 +60,10 @@ const FACES: [([usize; 3], [usize; 3]); 4] = [
     ([0, 2, 3], [1, 2, 5]),
     ([1, 2, 3], [3, 4, 5]),
 ];
+
+/// What rounding makes of two scalars at one point is less, in parts of the cell's range: a ray through
+/// an edge or a vertex meets two faces there.
+const GRAZED: f64 = 1e-9;
 
 impl Cell {
     pub(crate) fn new(vertices: [DVec3; 4], scalars: [f64; 4], perspective: bool) -> Cell {
@@ -184,7 +190,12 @@ impl Cell {
         let (first, second) = (faces.trailing_zeros(), 31 - faces.leading_zeros());
         let (a, b) = (self.meet(first, areas), self.meet(second, areas));
         let (entry, exit) = if a.0 <= b.0 { (a, b) } else { (b, a) };
+        let is_layer = entry.0 == exit.0 && {
+            let (low, high) = self.scalar_range();
+            (exit.1 - entry.1).abs() > GRAZED * (high - low)
+        };
         Crossing {
+            is_layer,
             z_in: entry.0,
             z_out: exit.0,
             scalar_in: entry.1,

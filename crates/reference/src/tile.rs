@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{Appearance, TetMesh};
+use tetrascope_core::{Appearance, OpticalModel, TetMesh};
 
 use crate::bound::{CellSteepness, Steepness};
 use crate::cell::{Cell, Crossing};
@@ -60,7 +60,8 @@ impl Scene<'_> {
             ..
         } = ray;
         // Where planes leave nothing of the ray, near is behind far.
-        if crossing.z_out.min(far) <= crossing.z_in.max(near) {
+        let (begin, end) = (crossing.z_in.max(near), crossing.z_out.min(far));
+        if end < begin || (end == begin && !self.shows_layer(&crossing)) {
             return None;
         }
         let blur = steepness.blur(&crossing, length_per_z / self.frame.scale);
@@ -83,6 +84,20 @@ impl Scene<'_> {
             cell,
             blur: blur as f32,
         })
+    }
+}
+
+impl Scene<'_> {
+    /// Whether a crossing without length shows: a layer of the mesh without thickness, across which
+    /// the scalar changes. It is what thin layers tend to, whose light and optical depth tend
+    /// to none, and their greatest values and surfaces do not.
+    fn shows_layer(&self, crossing: &Crossing) -> bool {
+        let model = self.appearance.optical_model;
+        crossing.is_layer
+            && matches!(
+                model,
+                OpticalModel::MaximumIntensity | OpticalModel::Isosurfaces
+            )
     }
 }
 

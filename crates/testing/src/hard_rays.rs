@@ -54,6 +54,8 @@ pub struct HardMesh {
     pub thickness: f64,
     /// A cube in the middle is left out.
     pub cavity: bool,
+    /// Where to vertices are moved.
+    pub seed: u64,
 }
 
 const PLAIN: HardMesh = HardMesh {
@@ -62,6 +64,7 @@ const PLAIN: HardMesh = HardMesh {
     offset: 0.0,
     thickness: 1.0,
     cavity: false,
+    seed: 0x2545_f491_4f6c_dd1d,
 };
 
 /// All kinds.
@@ -115,10 +118,30 @@ pub const HARD_MESHES: [HardMesh; 9] = [
 ];
 
 impl HardMesh {
+    /// One of any kind: moved by up to a millionth of a cube or by most of one, up to 1e6 cubes from the
+    /// origin, with layers of any thickness and of none.
+    pub fn random(seed: u64) -> HardMesh {
+        // Seeds that follow each other begin alike.
+        let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+        let power = |random: &mut Random, least: f64| 10f64.powf(least * random.signed().abs());
+        HardMesh {
+            name: "random",
+            jitter: 0.9 * power(&mut random, -7.0),
+            offset: power(&mut random, 6.0),
+            thickness: match random.below(4) {
+                0 => 0.0,
+                1 => 1.0,
+                _ => power(&mut random, -8.0),
+            },
+            cavity: random.below(2) == 0,
+            seed: u64::from(random.bits()) | 1,
+        }
+    }
+
     /// The mesh, of 3³ cubes; its field is 0.
     pub fn mesh(&self) -> TetMesh {
         let kind = self;
-        let mut random = Random(0x2545_f491_4f6c_dd1d);
+        let mut random = Random(kind.seed);
         let side = CUBES + 1;
         let height = |k: usize| {
             let (pairs, rest) = (k / 2, k % 2);

@@ -14,6 +14,7 @@ mod entries;
 mod grids;
 mod hard_rays;
 mod image_error;
+mod long_run;
 mod looks;
 mod meshes;
 mod parts;
@@ -32,6 +33,7 @@ pub use entries::{check_counts, every_setting_arrives, refusal};
 pub use grids::{Place, grid, grid_of};
 pub use hard_rays::{HARD_MESHES, HardMesh, Random, hard_ray};
 pub use image_error::{ImageError, apart, between, difference, exactly, infinite_if_null, scale};
+pub use long_run::cast_many;
 pub use looks::{knot, look_of, ramp, surfaces, tilted};
 pub use meshes::{
     CUBE, cells, data_set, jumping, kuhn, kuhn_cells, mesh, mismatched, point_scalars, split,

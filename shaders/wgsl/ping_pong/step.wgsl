@@ -4,7 +4,7 @@
 // the next ("ping-pong"), as no target can be read while it is written.
 // In:   the traversal state (figure 9): cell, λ and scalar; color and opacity.
 // Out:  the same, one cell further.
-// With: ping_pong/rays.wgsl, ping_pong/planes.wgsl or ping_pong/sides.wgsl,
+// With: common/layer.wgsl, ping_pong/rays.wgsl, ping_pong/planes.wgsl or ping_pong/sides.wgsl,
 //       ping_pong/transfer.wgsl, preintegration/lookup.wgsl and what it needs
 
 @group(2) @binding(0) var states: texture_2d<f32>;
@@ -43,7 +43,9 @@ fn fs_step(@builtin(position) position: vec4f) -> Stepped {
         return Stepped(vec4f(LOST, LOST, state.zw), color);
     }
     // A flat cell, or rounding, may go back; what was seen is not seen again.
-    if leaving.lambda <= state.z {
+    let way_out = vec2f(leaving.lambda, leaving.scalar);
+    let in_layer = !SCALARS_PER_CELL && !JUMPS && state.z >= ray.eye && is_layer(state.zw, way_out);
+    if leaving.lambda <= state.z && !in_layer {
         return Stepped(vec4f(leaving.next, state.z, scalar_after(state.w, leaving)), color);
     }
     let back = leaving.scalar;
@@ -64,11 +66,12 @@ fn fs_step(@builtin(position) position: vec4f) -> Stepped {
         }
     }
     var sum = color;
-    if leaving.lambda > begin && max(front, back) < TRANSPARENT_SCALAR {
-        let piece = segment(front, back, leaving.lambda - begin);
+    if (leaving.lambda > begin || in_layer) && max(front, back) < TRANSPARENT_SCALAR {
+        let length = leaving.lambda - begin;
+        let piece = segment(front, back, select(length, max(length, LAYER), in_layer));
         sum = over(color, vec4f(piece.xyz, segment_opacity(piece)));
     }
-    return Stepped(vec4f(leaving.next, leaving.lambda, back), sum);
+    return Stepped(vec4f(leaving.next, max(leaving.lambda, state.z), back), sum);
 }
 
 // Equation 3, model by model: what is behind `front`, as light and opacity.

@@ -3,7 +3,8 @@
 // Weiler, Kraus, Ertl 2002, §3.2; which faces are crossed is decided by the sides on
 // which the ray passes the edges, see the crate docs.
 // With: projection/frame.wgsl, projection/footprint.wgsl, common/sides.wgsl,
-//       common/cue.wgsl, common/look.wgsl, common/ends.wgsl, projection/transfer.wgsl
+//       common/cue.wgsl, common/layer.wgsl, common/look.wgsl, common/ends.wgsl,
+//       projection/transfer.wgsl
 
 // The ray's part in a cell that is before the eye and not cut away; `length` is 0 where
 // there is none.
@@ -39,7 +40,7 @@ fn chord_of(in: Varying) -> Chord {
     let entry = crossing_point(crossed_face(turns.enters, p0, p1, p2, p3));
     let exit = crossing_point(crossed_face(turns.leaves, p0, p1, p2, p3));
     let left = what_is_left(ray, in.per_depth.z, entry, exit);
-    let height = left.back.x - left.front.x;
+    let height = select(left.back.x - left.front.x, LAYER, left.is_layer);
     if !(any(turns.enters) & any(turns.leaves) & (height > 0.0)) {
         return Chord(0.0, 0.0, 0.0, 0.0, vec2f(1.0));
     }
@@ -58,6 +59,7 @@ fn chord_of(in: Varying) -> Chord {
 struct Part {
     front: vec2f,
     back: vec2f,
+    is_layer: bool, // wholly seen, whatever its length
 }
 
 // What eye, clip planes and what an application has drawn leave of the ray between entry and
@@ -67,7 +69,10 @@ fn what_is_left(ray: Ray, eye_depth: f32, entry: vec2f, exit: vec2f) -> Part {
     let clipped = clip_ray(vec3f(ray.through, 0.0), vec3f(ray.slope, 1.0));
     let begin = max(eye_depth, clipped.x);
     let end = min(ray.end, clipped.y);
-    var part = Part(entry, exit);
+    if is_layer(entry, exit) && entry.x >= begin && exit.x <= end {
+        return Part(entry, exit, true);
+    }
+    var part = Part(entry, exit, false);
     let whole = max(exit.x - entry.x, 1e-36);
     if entry.x < begin {
         part.front = vec2f(begin, on_the_way(entry.y, exit.y, (begin - entry.x) / whole));

@@ -44,7 +44,7 @@ fn fs_surface(in: Varying) -> Met {
     let entry = crossing_point(sorted(crossed_face(turns.enters, p0, p1, p2, p3)));
     let exit = crossing_point(sorted(crossed_face(turns.leaves, p0, p1, p2, p3)));
     let left = what_is_left(ray, in.per_depth.z, entry, exit);
-    if left.back.x < left.front.x {
+    if left.back.x < left.front.x && !left.is_layer {
         discard;
     }
     let met = crossing_between(left.front.y, left.back.y);

@@ -1,7 +1,7 @@
 // Gather: what a ray adds up, piece by piece.
 //
 // With: raycast_peel/shear.wgsl, preintegration/lookup.wgsl and what it needs, common/cue.wgsl,
-//       common/look.wgsl, common/surfaces.wgsl
+//       common/layer.wgsl, common/look.wgsl, common/surfaces.wgsl
 
 @group(0) @binding(5) var<uniform> look: Look;
 @group(0) @binding(6) var<storage, read> look_items: array<vec4f>;
@@ -91,7 +91,9 @@ fn no_rest() -> Rest {
 // away; `depth` is its length per unit of z. An inverted cell goes back; what was seen is not
 // seen again.
 fn piece_of(cell: u32, near: vec2f, far: vec2f, seen: f32, depth: f32, line: Line) -> Piece {
-    let begin = max(max(near.x, seen), line.begin);
+    // Where a layer is seen wholly, rounding back into what was seen cuts nothing of the next cell.
+    let behind = select(seen, seen - THIN, MODEL == MAXIMUM_INTENSITY || MODEL == ISOSURFACES);
+    let begin = max(max(near.x, behind), line.begin);
     let end = min(far.x, line.end);
     var front = near.y;
     var back = far.y;
@@ -113,7 +115,13 @@ fn piece_of(cell: u32, near: vec2f, far: vec2f, seen: f32, depth: f32, line: Lin
     if CUED {
         cue = saturate(line.cue.x + vec2f(begin, end) * line.cue.y);
     }
-    let length = select(0.0, (end - begin) * depth, shows && end > begin);
+    var length = select(0.0, (end - begin) * depth, shows && end > begin);
+    if !SCALARS_PER_CELL && shows && is_layer(near, far) && far.x >= behind
+        && near.x >= line.begin && far.x <= line.end {
+        front = near.y;
+        back = far.y;
+        length = max(length, LAYER);
+    }
     return Piece(front, back, begin, length, cue);
 }
 

@@ -115,6 +115,8 @@ pub struct Case {
     pub is_invariant: bool,
     /// Whether any way of sampling gives this picture, so that those that promise nothing are held to it.
     pub holds_for_all: bool,
+    /// Whether what is known holds in its own optical model alone.
+    pub is_of_one_model: bool,
 }
 
 impl Case {
@@ -128,6 +130,7 @@ impl Case {
             allowed: None,
             is_invariant: false,
             holds_for_all: false,
+            is_of_one_model: false,
         }
     }
 
@@ -154,6 +157,7 @@ impl Case {
             allowed: None,
             is_invariant: false,
             holds_for_all: false,
+            is_of_one_model: false,
         }
     }
 
@@ -185,6 +189,15 @@ impl Case {
     pub(super) fn for_all(self) -> Case {
         Case {
             holds_for_all: true,
+            ..self
+        }
+    }
+
+    /// Is not drawn in other optical models.
+    #[must_use]
+    pub(super) fn in_its_model(self) -> Case {
+        Case {
+            is_of_one_model: true,
             ..self
         }
     }

@@ -27,6 +27,10 @@ const LONGEST_SHOWN: u32 = 64;
 /// pixels is less. It decides what a ray along an outline sees.
 const MOVED: f64 = 1e-4;
 
+/// Surfaces that are nearer to each other, in parts of the volume's diagonal, may be drawn in either order:
+/// depths are sums of three products that are rounded to 2⁻²⁴ of it, and a depth buffer rounds once more.
+const SURFACES_APART: f64 = 1.0 / (1 << 20) as f64;
+
 /// What became of a case with one algorithm and setting.
 #[derive(Clone, Debug)]
 pub struct Judgment {
@@ -72,6 +76,9 @@ pub enum Outcome {
 /// The ground truth of one shot.
 pub(super) struct Truth {
     renderer: Reference,
+    appearance: Appearance,
+    /// Of the volume.
+    diagonal: f64,
     image: ReferenceImage,
     /// The greatest channel anywhere in the picture; 1 of a black one.
     scale: f64,
@@ -102,6 +109,8 @@ impl Truth {
         };
         Ok(Truth {
             renderer,
+            appearance: shot.appearance.clone(),
+            diagonal: shot.volume.bounds().diagonal(),
             image,
             pixels,
             wrong_by,
@@ -115,9 +124,42 @@ impl Truth {
         self.image.cell_visits
     }
 
-    /// Whether a ray within [`MOVED`] of a pixel's center has this color.
+    /// Whether a ray within [`MOVED`] of a pixel's center has this color, or the pixel shows a surface that
+    /// is so near behind another that f32 does not tell which is in front.
     fn explains(&self, view: &View, pixel: usize, got: [f64; 4], within: f64) -> bool {
-        let (column, row) = (pixel as u32 % view.width, pixel as u32 / view.width);
+        self.moved_rays_explain(view, pixel, got, within)
+            || self.surfaces_explain(view, pixel, got, within)
+    }
+
+    fn surfaces_explain(&self, view: &View, pixel: usize, got: [f64; 4], within: f64) -> bool {
+        let appearance = &self.appearance;
+        if appearance.optical_model != OpticalModel::Isosurfaces {
+            return false;
+        }
+        let (column, row) = place(pixel, view);
+        let ray = view.ray(column, row);
+        let traced = |renderer: &Reference| renderer.trace(&ray).ok();
+        let first = traced(&self.renderer).map_or(f64::INFINITY, |trace| trace.surface_depth);
+        let near = SURFACES_APART * self.diagonal;
+        appearance.isosurfaces.iter().any(|surface| {
+            let mut renderer = self.renderer.clone();
+            let alone = Appearance {
+                isosurfaces: vec![*surface],
+                ..appearance.clone()
+            };
+            let trace = match renderer.restyle(&alone) {
+                Ok(()) => traced(&renderer),
+                Err(_) => None,
+            };
+            trace.is_some_and(|trace| {
+                trace.surface_depth - first <= near
+                    && greatest_difference(&trace.pixel, &got) <= within
+            })
+        })
+    }
+
+    fn moved_rays_explain(&self, view: &View, pixel: usize, got: [f64; 4], within: f64) -> bool {
+        let (column, row) = place(pixel, view);
         let size = DVec2::new(view.width.into(), view.height.into());
         let background = view.premultiplied_background();
         (0..16).any(|i| {

@@ -236,7 +236,10 @@ fn field_in_other_units() -> Case {
         }
         Shot::new(pieces.volume(), look(knots), view)
     });
-    same("the field in other units", shots).for_each()
+    // With the sign the greatest becomes the least.
+    same("the field in other units", shots)
+        .for_each()
+        .in_its_model()
 }
 
 fn knots_that_change_nothing() -> Case {

@@ -518,3 +518,17 @@ fn a_cued_segment_beyond_all_bounds_shows_its_front() {
         assert!(ray.is_opaque());
     }
 }
+
+#[test]
+fn a_layer_without_length_has_its_greatest_value_and_nothing_else() {
+    let peak = grey(&[(0.0, 0.1, 1.0), (0.5, 0.9, 1.0), (1.0, 0.1, 1.0)]);
+    let layer = [segment(0.2, 0.8, 0.0)];
+    let most = ray(&peak, OpticalModel::MaximumIntensity, &layer);
+    assert_near(most.0, 0.9, 1e-15);
+    for model in [OpticalModel::Emission, OpticalModel::Absorption, EA] {
+        assert_eq!(ray(&peak, model, &layer), (0.0, 0.0), "{model:?}");
+    }
+    // A ray that touches a cell sees nothing of it.
+    let touched = [segment(0.5, 0.5, 0.0)];
+    assert_eq!(ray(&peak, OpticalModel::MaximumIntensity, &touched).0, 0.0);
+}

@@ -52,7 +52,9 @@ impl CellProjection {
         }
         stats.order_proven = ordered.proven;
         stats.notes.extend(ordered.note);
-        say_if_flat(&mut stats, &style.geometry.domain.bounds, normalization);
+        let model = style.appearance.optical_model;
+        let bounds = &style.geometry.domain.bounds;
+        say_if_flat(&mut stats, bounds, normalization, model);
         let sums = self.canvas.sums(
             view,
             SumsKind {

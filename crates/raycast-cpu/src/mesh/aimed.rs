@@ -5,7 +5,7 @@ use std::sync::Arc;
 use fearless_simd::Level;
 use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_core::{Knot, TransferFunction};
-use tetrascope_testing::{HARD_MESHES, HardMesh, Random, fitted, hard_ray};
+use tetrascope_testing::{HARD_MESHES, HardMesh, Random, cast_many, fitted, hard_ray};
 
 use super::crossings::{Crossings, SeenFace};
 use super::integral::ABSORPTION;
@@ -98,7 +98,7 @@ fn shoot(
 /// All kinds of meshes; panics where a ray is lost.
 fn shoot_all(level: Level, count: usize, seed: u64) -> u64 {
     let mut rays = 0;
-    for kind in &HARD_MESHES {
+    for kind in HARD_MESHES.iter().chain([&HardMesh::random(seed)]) {
         let (shot, counts) = shoot(kind, level, count, seed, |_| ());
         let name = kind.name;
         assert_eq!((counts.lost, counts.unpaired), (0, 0), "{name}: {counts:?}");
@@ -133,20 +133,14 @@ fn paths_that_go_round_in_a_circle_end_and_are_counted() {
     assert!(counts.lost > shot / 4, "{counts:?}");
 }
 
-/// As many rays as the environment variable TETRASCOPE_RAYS says, 10⁸ without it.
+/// 10⁹ rays, if not told otherwise ([`cast_many`]).
 #[test]
 #[ignore = "takes long; run with --ignored"]
 fn no_ray_of_many_is_lost() {
-    let wanted = std::env::var("TETRASCOPE_RAYS").map_or(1e8, |n| n.parse().expect("a number"));
-    let mut seed = 1000;
-    let mut rays = 0;
-    while (rays as f64) < wanted {
-        let shot: u64 = (0..16_u64)
-            .into_par_iter()
-            .map(|part| shoot_all(Level::new(), 1 << 17, seed + part))
-            .sum();
-        rays += shot;
-        seed += 16;
-        eprintln!("{rays} rays, none lost");
-    }
+    cast_many(1_000_000_000, |seed| {
+        let parts = (0..16_u64).into_par_iter();
+        parts
+            .map(|part| shoot_all(Level::new(), 1 << 17, 16 * seed + part))
+            .sum()
+    });
 }

@@ -21,6 +21,12 @@ use crate::simd::{MOST_LANES, columns, each, load, load_ids, store, store_ids};
 /// digits, and after which it is looked whether a path ends.
 const STEPS_IN_A_SUM: u64 = 32;
 
+/// A cell in which a ray has no more than this length is a layer; its scalar changes by more than rounding
+/// makes of two at one point, and its length is more than none.
+const THIN: f32 = 1.0 / (1 << 21) as f32;
+const GRAZED: f32 = 1.0 / (1 << 20) as f32;
+const LAYER: f32 = 1e-20;
+
 /// A path's way through one cell.
 struct Crossed<S: Simd> {
     /// z and scalar where the ray comes in and goes out.
@@ -309,6 +315,13 @@ fn gather<S: Simd, const MODEL: u8>(
     let splat = |value: f32| S::f32s::splat(simd, value);
     let none = S::mask32s::splat(simd, false);
     let Crossed { near, far } = crossed;
+    let shows_layers = matches!(MODEL, MAXIMUM_INTENSITY | ISOSURFACES);
+    // Where a layer is seen wholly, rounding back into what was seen cuts nothing of the next cell.
+    let seen = if shows_layers {
+        seen - splat(THIN)
+    } else {
+        seen
+    };
     let begin = near[0].max(seen).max(load(simd, &lanes.line[5]));
     let end = far[0].min(line_end);
     let (mut front, mut back) = (near[1], far[1]);
@@ -332,6 +345,19 @@ fn gather<S: Simd, const MODEL: u8>(
                 back = cut_behind.select(cut_back, back);
             }
         }
+    }
+    // A layer is wholly seen: shaders/wgsl/common/layer.wgsl says why.
+    let mut in_layer = none;
+    if shows_layers && scene.mesh.kind != Kind::Cells {
+        let is_thin = (far[0] - near[0]).abs().simd_le(splat(THIN));
+        let changes = (far[1] - near[1]).abs().simd_gt(splat(GRAZED));
+        let is_seen = far[0].simd_ge(seen)
+            & near[0].simd_ge(load(simd, &lanes.line[5]))
+            & far[0].simd_le(line_end);
+        in_layer = is_thin & changes & is_seen;
+        is_there |= in_layer;
+        front = in_layer.select(near[1], front);
+        back = in_layer.select(far[1], back);
     }
     if scene.mesh.has_gaps {
         is_there &= front.max(back).simd_lt(splat(LEAST_NO_SCALAR));
@@ -360,6 +386,7 @@ fn gather<S: Simd, const MODEL: u8>(
         return (met, is_whole);
     }
     let length = is_there.select((end - begin) * load(simd, &lanes.line[4]), splat(0.0));
+    let length = (in_layer & is_there).select(length.max(splat(LAYER)), length);
     let cue = match scene.has_cue {
         true => {
             let (at_0, slope) = (load(simd, &lanes.line[7]), load(simd, &lanes.line[8]));

@@ -165,7 +165,8 @@ impl PingPong {
                 drawing.lost_rays
             ));
         }
-        say_if_flat(&mut stats, &self.mesh.source.bounds(), normalization);
+        let bounds = self.mesh.source.bounds();
+        say_if_flat(&mut stats, &bounds, normalization, model);
         stats.bytes_resident = self.bytes_resident();
         Ok(Recorded::new(stats))
     }

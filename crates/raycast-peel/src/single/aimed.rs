@@ -186,7 +186,7 @@ fn shoot(gpu: &Gpu, kind: &HardMesh, batches: u64, integer_sides: bool, seed: u6
 /// All kinds of meshes; panics where a ray is lost.
 fn shoot_all(gpu: &Gpu, batches: u64, integer_sides: bool, seed: u64) -> u64 {
     let mut rays = 0;
-    for kind in &HARD_MESHES {
+    for kind in HARD_MESHES.iter().chain([&HardMesh::random(seed)]) {
         let sum = shoot(gpu, kind, batches, integer_sides, seed);
         assert_eq!((sum.lost, sum.unpaired), (0, 0), "{}: {sum:?}", kind.name);
         // They did go through: every ray is aimed at the mesh.
@@ -214,22 +214,14 @@ fn no_ray_is_lost_by_comparing_integers() {
     shoot_all(&gpu, 1, true, 2);
 }
 
-/// As many rays as the environment variable TETRASCOPE_RAYS says, 10⁸ without it: minutes
-/// on a GPU, an hour on a software adapter.
+/// 10⁸ rays, if not told otherwise ([`testing::cast_many`]).
 #[test]
 #[ignore = "takes long; run with --ignored"]
 fn no_ray_of_many_is_lost() {
     let Some(gpu) = testing::gpu("no_ray_of_many_is_lost") else {
         return;
     };
-    let wanted = std::env::var("TETRASCOPE_RAYS").map_or(1e8, |n| n.parse().expect("a number"));
-    let mut rays = 0;
-    let mut seed = 1000;
-    while (rays as f64) < wanted {
-        rays += shoot_all(&gpu, 8, false, seed);
-        seed += 1;
-        eprintln!("{rays} rays, none lost");
-    }
+    testing::cast_many(100_000_000, |seed| shoot_all(&gpu, 8, false, seed));
 }
 
 /// The walk does not depend on how products are compared: the same picture, bit by bit.
