@@ -323,7 +323,7 @@ fn memory_that_is_exhausted_is_an_error_and_the_device_goes_on() {
     }
     let program = std::env::current_exe().expect("this one");
     let run = std::process::Command::new("sh")
-        .args(["-c", "ulimit -v 6000000; exec \"$@\"", "sh"])
+        .args(["-c", "ulimit -v 4000000; exec \"$@\"", "sh"])
         .arg(program)
         .args([
             "--exact",
@@ -345,7 +345,8 @@ fn memory_that_is_exhausted_is_an_error_and_the_device_goes_on() {
 #[ignore = "another test runs it with little memory"]
 fn little_memory() {
     let gpu = Gpu::new(&GpuOptions::default()).expect("there is an adapter");
-    let size = gpu.limits().max_buffer_size.min(1 << 30);
+    // Half of what SwiftShader says that it makes: it never has room for all of that.
+    let size = 1 << 29;
     let mut buffers = Vec::new();
     // More than the address space holds.
     let error = (0..1000).find_map(|_| {
