@@ -14,16 +14,17 @@ pub mod worktree;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::AtomicUsize;
 
 use serde::Deserialize;
 use tetrascope::core::Error;
 use tetrascope_testing::data_path;
 
-use crate::cargo::{cargo, finish, interruptions, not_started};
+use crate::cargo::{cargo, ended_by_signals, finish, not_started};
 use crate::dashboard::criterion;
 use crate::dashboard::history::Verdict;
 use crate::machine::{root, target};
+use crate::output::print;
 use crate::setup;
 use statistics::Comparison;
 use worktree::Worktree;
@@ -58,7 +59,10 @@ struct Pair {
 /// A revision that does not exist, what does not build or run, nothing that matches, an
 /// interruption.
 pub fn run(options: &Options) -> Result<bool, Error> {
-    let interrupted = interruptions()?;
+    ended_by_signals(|interrupted| run_until(interrupted, options))
+}
+
+fn run_until(interrupted: &AtomicUsize, options: &Options) -> Result<bool, Error> {
     let base = worktree::resolve(root(), &options.against)?;
     if let Err(error) = setup::setup() {
         eprintln!("{error}; measuring on the CPU alone");
@@ -67,8 +71,8 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     let worktree = Worktree::new(root(), &folder, &base)?;
     eprintln!("building {} and the working tree", worktree.short());
     let built = folder.join("build");
-    let base = build(worktree.path(), Some(&built), &options.bench, &interrupted)?;
-    let new = build(root(), None, &options.bench, &interrupted)?;
+    let base = build(worktree.path(), Some(&built), &options.bench, interrupted)?;
+    let new = build(root(), None, &options.bench, interrupted)?;
     let pairs = pairs(base, new)?;
     let mut rounds = Vec::new();
     for round in 0..options.rounds {
@@ -84,7 +88,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
                     _ => (&pair.new, root()),
                 };
                 let results = worktree.results().join(["base", "new"][side]);
-                measure(program, place, &results, options, &interrupted)?;
+                measure(program, place, &results, options, interrupted)?;
                 let read = criterion::read(&results);
                 let found = read.measurements.into_iter();
                 medians[side].extend(found.map(|m| (m.id, m.median.value)));
@@ -106,7 +110,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
             eprintln!("only in the {name}: {}", alone.join(", "));
         }
     }
-    print!("{}", statistics::table(&comparisons));
+    print(&statistics::table(&comparisons))?;
     let count = |verdict| {
         comparisons
             .iter()
@@ -142,7 +146,7 @@ fn build(
     checkout: &Path,
     target: Option<&Path>,
     names: &[String],
-    interrupted: &AtomicBool,
+    interrupted: &AtomicUsize,
 ) -> Result<BTreeMap<String, PathBuf>, Error> {
     let mut build = cargo(checkout, "bench");
     build.args(["--package", "tetrascope-benches", "--no-run"]);
@@ -219,7 +223,7 @@ fn measure(
     checkout: &Path,
     results: &Path,
     options: &Options,
-    interrupted: &AtomicBool,
+    interrupted: &AtomicUsize,
 ) -> Result<(), Error> {
     let mut bench = Command::new(program);
     bench

@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use tetrascope::core::Error;
@@ -27,44 +27,68 @@ pub(crate) fn cargo(root: &Path, command: &str) -> Command {
     cargo
 }
 
-/// Set once somebody has asked this program to end, by Ctrl-C or by `kill`.
+/// The number of the signal by which somebody has asked this program to end, such as by Ctrl-C or
+/// `kill`; 0 before.
 ///
 /// Once this is called, the program goes on after such a signal, until it has put away
 /// what it left and ends by itself.
 ///
 /// # Errors
 /// The system does not let signals be handled.
-pub(crate) fn interruptions() -> Result<Arc<AtomicBool>, Error> {
-    let flag = Arc::new(AtomicBool::new(false));
+fn interruptions() -> Result<Arc<AtomicUsize>, Error> {
+    let number = Arc::new(AtomicUsize::new(0));
     #[cfg(unix)]
     for signal in [
         signal_hook::consts::SIGINT,
         signal_hook::consts::SIGTERM,
         signal_hook::consts::SIGHUP,
     ] {
-        signal_hook::flag::register(signal, Arc::clone(&flag)).map_err(|source| Error::Io {
+        let noted = Arc::clone(&number);
+        let handled = signal_hook::flag::register_usize(signal, noted, signal as usize);
+        handled.map_err(|source| Error::Io {
             action: "cannot handle signals of",
             path: "xtask".into(),
             source,
         })?;
     }
-    Ok(flag)
+    Ok(number)
+}
+
+/// Does what ends at a signal by itself, as [`finish`] does, and has put away what it left; then the program ends by
+/// that signal.
+///
+/// # Errors
+/// Those of `run`; the system does not let signals be handled.
+pub(crate) fn ended_by_signals<T>(
+    run: impl FnOnce(&AtomicUsize) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let interrupted = interruptions()?;
+    let done = run(&interrupted);
+    #[cfg(unix)]
+    match interrupted.load(Ordering::Relaxed) {
+        0 => {}
+        signal => tetrascope::signals::end_by(signal as i32),
+    }
+    done
 }
 
 /// Runs a command to its end, or ends it where `interrupted` is set; how it ended.
 ///
 /// # Errors
 /// It cannot be started, or was interrupted.
-pub(crate) fn finish(command: &mut Command, interrupted: &AtomicBool) -> Result<ExitStatus, Error> {
+pub(crate) fn finish(
+    command: &mut Command,
+    interrupted: &AtomicUsize,
+) -> Result<ExitStatus, Error> {
     let child = command
         .spawn()
         .map_err(|source| not_started(command, source))?;
     wait(child, interrupted).map_err(|source| not_started(command, source))
 }
 
-fn wait(mut child: Child, interrupted: &AtomicBool) -> std::io::Result<ExitStatus> {
+fn wait(mut child: Child, interrupted: &AtomicUsize) -> std::io::Result<ExitStatus> {
     loop {
-        if interrupted.load(Ordering::Relaxed) {
+        if interrupted.load(Ordering::Relaxed) != 0 {
             _ = child.kill();
             child.wait()?;
             return Err(ErrorKind::Interrupted.into());
@@ -95,7 +119,7 @@ mod tests {
         let mut slow = cargo(crate::machine::root(), "metadata");
         slow.stdout(std::process::Stdio::null());
         slow.stderr(std::process::Stdio::null());
-        let error = finish(&mut slow, &AtomicBool::new(true)).expect_err("it is interrupted");
+        let error = finish(&mut slow, &AtomicUsize::new(2)).expect_err("it is interrupted");
         let Error::Io { source, .. } = error else {
             panic!("another error: {error}");
         };
@@ -105,7 +129,7 @@ mod tests {
     #[test]
     fn a_program_that_is_not_there_is_named() {
         let mut missing = Command::new("no program is called this");
-        let error = finish(&mut missing, &AtomicBool::new(false)).expect_err("it is missing");
+        let error = finish(&mut missing, &AtomicUsize::new(0)).expect_err("it is missing");
         assert!(
             error.to_string().contains("cannot run no program"),
             "{error}"

@@ -32,7 +32,7 @@ use self::judge::{checks, model_report, truth_of};
 use self::parts::{Part, Parts};
 use self::peer::Peer;
 use crate::answer::winners;
-use crate::output::{phase, progress, write};
+use crate::output::{phase, print, progress, write};
 use crate::picture::{shown, signed_map};
 use crate::report::{
     Difference, Extras, ModelReport, Outcome, Picture, Pictures, Row, SceneReport,
@@ -148,8 +148,8 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     }
 
     match options.json {
-        true => print!("{}", report.to_json()),
-        false => print!("{}", report.to_table()),
+        true => print(&report.to_json())?,
+        false => print(&report.to_table())?,
     }
     let need = Need {
         error: options.error,
@@ -158,7 +158,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     };
     if need != Need::default() && !options.json {
         for winner in winners(&report, &need) {
-            println!("{}", winner.says());
+            print(&format!("{}\n", winner.says()))?;
         }
     }
     let page = folder.join("index.html");

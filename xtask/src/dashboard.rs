@@ -14,7 +14,7 @@ pub mod trend;
 
 use std::path::PathBuf;
 use std::process::Command;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::AtomicUsize;
 use std::time::{Duration, SystemTime};
 
 use tetrascope::Context;
@@ -100,7 +100,7 @@ fn measure(filter: Option<&str>) -> Result<(), Error> {
     let mut bench = cargo(root(), "bench");
     bench.args(["--package", "tetrascope-benches"]);
     bench.args(["--bench", "*", "--"]).args(filter);
-    match finish(&mut bench, &AtomicBool::new(false))?.success() {
+    match finish(&mut bench, &AtomicUsize::new(0))?.success() {
         true => Ok(()),
         false => Err(Error::Invalid {
             what: "a benchmark has failed".into(),

@@ -29,10 +29,14 @@ Usage: cargo xtask COMMAND [ARGUMENT]...
 const TEST_HELP: &str = "\
 Set up a graphics adapter and run every test.
 
-Usage: cargo xtask test [ARGUMENT]...
+Usage: cargo xtask test [--adapter NAME] [ARGUMENT]...
 
 Arguments go to `cargo test --workspace`, for example `cargo xtask test -- --nocapture`
 or `cargo xtask test --test snapshots`. The exit status is that of cargo.
+
+  --adapter NAME  run the tests on this adapter alone: `swiftshader`, which is installed where
+                  it may be, or a part of a name that `tetrascope adapters` lists, such as
+                  `llvmpipe`; that there is none is then a failure
 
 Then, unless arguments choose what to test, the GPU crates' tests run again on a second
 Vulkan driver, SwiftShader; with CI set, a few of them.
@@ -74,7 +78,7 @@ fn main() -> ExitCode {
             let mut cargo = cargo("run");
             cargo.args(["--release", "--package", "xtask", "--bin", "xtask", "--"]);
             cargo.args(command).args(rest);
-            code(run(cargo))
+            instead(cargo)
         }
     }
 }
@@ -82,9 +86,18 @@ fn main() -> ExitCode {
 /// Builds the tests, sets an adapter up, runs the tests, and those of the GPU crates on
 /// a second driver.
 fn test(rest: &[OsString]) -> ExitCode {
+    let (adapter, rest) = match adapter(rest) {
+        Ok(parted) => parted,
+        Err(mistake) => {
+            eprintln!("error: {mistake}\n\n{TEST_HELP}");
+            return ExitCode::from(2);
+        }
+    };
+    let rest = &rest[..];
     // What comes before `--` chooses what to build, what comes after is for the tests.
     let chosen = rest.split(|a| a == "--").next().unwrap_or_default();
-    say("1/4 building the tests");
+    let phases = if adapter.is_some() { 3 } else { 4 };
+    say(&format!("1/{phases} building the tests"));
     let mut build = cargo("test");
     build.args(["--workspace", "--no-run"]).args(chosen);
     let status = run(build);
@@ -92,6 +105,9 @@ fn test(rest: &[OsString]) -> ExitCode {
         return code(status);
     }
 
+    if let Some(adapter) = adapter {
+        return test_on(&adapter, rest);
+    }
     say("2/4 looking for a graphics adapter");
     let found = run(harness(&["setup"]));
     if !found.success() && env::var_os("CI").is_some() {
@@ -104,7 +120,7 @@ fn test(rest: &[OsString]) -> ExitCode {
 
     // Its package brings the browser in which the tests look at pages, too.
     let second = match rest.is_empty() && found.success() {
-        true => second_driver(),
+        true => other_driver(),
         false => Second::NotWanted,
     };
     if matches!(second, Second::Missing) && env::var_os("CI").is_some() {
@@ -126,6 +142,57 @@ fn test(rest: &[OsString]) -> ExitCode {
     }
 }
 
+/// What follows `--adapter`, and the other arguments; what is wrong with it, in words.
+fn adapter(arguments: &[OsString]) -> Result<(Option<OsString>, Vec<OsString>), &'static str> {
+    const OPTION: &str = "--adapter";
+    let mut found = None;
+    let mut rest = Vec::new();
+    let mut arguments = arguments.iter();
+    while let Some(argument) = arguments.next() {
+        let text = argument.to_string_lossy();
+        let name = match text.strip_prefix(OPTION) {
+            Some("") => arguments.next().cloned(),
+            Some(after) if after.starts_with('=') => Some(after[1..].into()),
+            _ => {
+                rest.push(argument.clone());
+                if text == "--" {
+                    rest.extend(arguments.by_ref().cloned());
+                }
+                continue;
+            }
+        };
+        let name = name.filter(|name| !name.is_empty() && name != "--");
+        found = Some(name.ok_or("--adapter needs a name, such as llvmpipe or swiftshader")?);
+    }
+    Ok((found, rest))
+}
+
+/// Runs the tests, which are built, on one adapter.
+fn test_on(adapter: &OsString, rest: &[OsString]) -> ExitCode {
+    let chosen: (&str, OsString) = match adapter.eq_ignore_ascii_case(SWIFTSHADER) {
+        // The loader does not know where its package has put it.
+        true => match second_driver() {
+            Second::Driver(driver) => ("VK_DRIVER_FILES", driver.into()),
+            _ => return ExitCode::from(4),
+        },
+        false => ("WGPU_ADAPTER_NAME", adapter.clone()),
+    };
+    let (name, value) = &chosen;
+    say("2/3 looking for the adapter");
+    say(&format!("{name}={}", value.to_string_lossy()));
+    let found = run_by(harness(&["setup"]).env(name, value));
+    if !found.success() {
+        return code(found);
+    }
+    say("3/3 running the tests");
+    let mut tests = cargo("test");
+    tests.arg("--workspace").args(rest).env(name, value);
+    code(run(tests))
+}
+
+/// The second driver's name for `--adapter`.
+const SWIFTSHADER: &str = "swiftshader";
+
 /// A second Vulkan driver for the tests.
 enum Second {
     /// The file that describes it.
@@ -135,11 +202,16 @@ enum Second {
 }
 
 /// Finds or installs a second Vulkan driver, unless one was chosen.
-fn second_driver() -> Second {
+fn other_driver() -> Second {
     if env::var_os("VK_DRIVER_FILES").is_some() {
         say("VK_DRIVER_FILES is set, so that driver is the only one");
         return Second::NotWanted;
     }
+    second_driver()
+}
+
+/// Finds or installs SwiftShader.
+fn second_driver() -> Second {
     let found = harness(&["setup", "--second-driver"])
         .stderr(Stdio::inherit())
         .output();
@@ -233,7 +305,27 @@ fn exe(name: &str) -> String {
     format!("{name}{}", env::consts::EXE_SUFFIX)
 }
 
+/// Runs a command in place of this program, so that who ends one ends the other.
+fn instead(mut command: Command) -> ExitCode {
+    #[cfg(unix)]
+    {
+        use std::os::unix::process::CommandExt as _;
+        let error = command.exec();
+        say(&format!(
+            "cannot start {:?}: {error}",
+            command.get_program()
+        ));
+        ExitCode::FAILURE
+    }
+    #[cfg(not(unix))]
+    code(run_by(&mut command))
+}
+
 fn run(mut command: Command) -> ExitStatus {
+    run_by(&mut command)
+}
+
+fn run_by(command: &mut Command) -> ExitStatus {
     command.status().unwrap_or_else(|error| {
         say(&format!(
             "cannot start {:?}: {error}",
@@ -244,8 +336,13 @@ fn run(mut command: Command) -> ExitStatus {
 }
 
 fn code(status: ExitStatus) -> ExitCode {
-    // Ended by a signal: there is no code to pass on.
-    let code = status.code().unwrap_or(1);
+    #[cfg(unix)]
+    let signal = std::os::unix::process::ExitStatusExt::signal(&status);
+    #[cfg(not(unix))]
+    let signal: Option<i32> = None;
+    // As shells say that a signal ended a program.
+    let of_signal = signal.map_or(1, |signal| 128 + signal);
+    let code = status.code().unwrap_or(of_signal);
     ExitCode::from(u8::try_from(code).unwrap_or(1))
 }
 

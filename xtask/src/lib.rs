@@ -18,7 +18,7 @@ pub mod figures;
 pub mod limits;
 pub mod machine;
 pub mod metrics;
-mod output;
+pub mod output;
 mod page;
 pub mod panel;
 pub mod picture;

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tetrascope::core::{Error, ErrorKind};
+use xtask::output::print;
 use xtask::{bench, compare, dashboard, rays, setup, snapshots, stability, sweep, voxel_figures};
 
 /// The harness of Tetrascope
@@ -58,29 +59,30 @@ fn status(is_well: bool) -> ExitCode {
 }
 
 fn main() -> ExitCode {
-    match Arguments::parse().command {
+    let task = Arguments::parse().command;
+    // `bench` has a worktree to put away, and both what they have started.
+    if !matches!(task, Task::Bench(_) | Task::Rays(_)) {
+        tetrascope::signals::leave_no_temporary_files();
+    }
+    match task {
         Task::Setup {
             second_driver: true,
         } => match setup::second_driver() {
-            Ok(file) => {
-                println!("{}", file.display());
-                ExitCode::SUCCESS
-            }
+            Ok(file) => finish(print(&format!("{}\n", file.display())).map(|()| ExitCode::SUCCESS)),
             Err(reason) => {
                 eprintln!("{reason}");
                 ExitCode::from(4)
             }
         },
-        Task::Setup { .. } => finish(setup::setup().map(|adapter| {
-            println!("{adapter}");
-            ExitCode::SUCCESS
-        })),
+        Task::Setup { .. } => {
+            let found = setup::setup().and_then(|adapter| print(&format!("{adapter}\n")));
+            finish(found.map(|()| ExitCode::SUCCESS))
+        }
         Task::Compare(options) => finish(compare::run(&options).map(status)),
         Task::Peak { algorithm, setting } => {
-            finish(compare::peak::run(&algorithm, &setting).map(|bytes| {
-                println!("{bytes}");
-                ExitCode::SUCCESS
-            }))
+            let peak = compare::peak::run(&algorithm, &setting);
+            let said = peak.and_then(|bytes| print(&format!("{bytes}\n")));
+            finish(said.map(|()| ExitCode::SUCCESS))
         }
         Task::Dashboard(options) => finish(dashboard::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Bench(options) => finish(bench::run(&options).map(status)),
@@ -100,10 +102,7 @@ fn finish(result: Result<ExitCode, Error>) -> ExitCode {
         if let Some(help) = tetrascope::help(&error) {
             eprintln!("help: {help}");
         }
-        let is_interrupted = matches!(&error, Error::Io { source, .. }
-            if source.kind() == std::io::ErrorKind::Interrupted);
         ExitCode::from(match error.kind() {
-            _ if is_interrupted => 1,
             ErrorKind::Failure => 1,
             ErrorKind::Usage => 2,
             ErrorKind::Input => 3,

@@ -1,6 +1,6 @@
 //! Progress on a terminal, and files.
 
-use std::io::IsTerminal as _;
+use std::io::{IsTerminal as _, Write as _};
 use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -20,6 +20,25 @@ pub(crate) fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Error>
         std::fs::create_dir_all(folder).map_err(failed)?;
     }
     tetrascope::io::write_file(path, content.as_ref())
+}
+
+/// Prints a result on standard output; nobody is told where who reads it has enough.
+///
+/// # Errors
+/// It cannot be written.
+pub fn print(text: &str) -> Result<(), Error> {
+    let mut stdout = std::io::stdout().lock();
+    let written = stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush());
+    match written {
+        Err(source) if source.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Io {
+            action: "cannot write",
+            path: "standard output".into(),
+            source,
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// A bar on a terminal, nothing elsewhere.

@@ -6,11 +6,13 @@
 //! on where it was. After a change of the code, begin with `--fresh`.
 
 use std::path::Path;
+use std::sync::atomic::AtomicUsize;
 
 use tetrascope::core::Error;
 
-use crate::cargo::{cargo, finish, interruptions};
+use crate::cargo::{cargo, ended_by_signals, finish};
 use crate::machine::{root, target};
+use crate::output::print;
 use crate::setup;
 
 /// How many.
@@ -39,7 +41,10 @@ fn count(text: &str) -> Result<f64, String> {
 /// # Errors
 /// What does not build or run, a folder that cannot be written, an interruption.
 pub fn run(options: &Options) -> Result<bool, Error> {
-    let interrupted = interruptions()?;
+    ended_by_signals(|interrupted| run_until(interrupted, options))
+}
+
+fn run_until(interrupted: &AtomicUsize, options: &Options) -> Result<bool, Error> {
     let folder = target().join("rays");
     let failed = |source| Error::Io {
         action: "cannot write",
@@ -71,9 +76,9 @@ pub fn run(options: &Options) -> Result<bool, Error> {
             .env("TETRASCOPE_RAYS_TALLY", &tally)
             // A test that is skipped has cast nothing.
             .env("CI", "1");
-        let status = finish(&mut command, &interrupted)?;
+        let status = finish(&mut command, interrupted)?;
         is_well &= status.success();
-        println!("{walk}: {}", said(&tally, status.success()));
+        print(&format!("{walk}: {}\n", said(&tally, status.success())))?;
     }
     Ok(is_well)
 }

@@ -20,13 +20,13 @@ pub mod texts;
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::AtomicUsize;
 
 use tetrascope::core::Error;
 
 use crate::cargo::{cargo, finish};
 use crate::machine::{root, target};
-use crate::output::write;
+use crate::output::{print, write};
 use crate::setup;
 use compare::Store;
 
@@ -98,7 +98,7 @@ pub fn bless() -> Result<(), Error> {
         }
     }
     for name in &blessed {
-        println!("{name}");
+        print(&format!("{name}\n"))?;
     }
     let texts = blessed.len() - pictures;
     eprintln!("{pictures} pictures and {texts} texts accepted");
@@ -118,7 +118,7 @@ fn tests() -> Command {
 }
 
 fn test(tests: &mut Command) -> Result<bool, Error> {
-    Ok(finish(tests, &AtomicBool::new(false))?.success())
+    Ok(finish(tests, &AtomicUsize::new(0))?.success())
 }
 
 fn dead(store: &Store, remove: bool) -> Result<bool, Error> {
@@ -128,7 +128,8 @@ fn dead(store: &Store, remove: bool) -> Result<bool, Error> {
     let mut dead = dead::pictures(store, &pictures::names()?)?;
     dead.extend(dead::texts(&texts::all(root())?, &asked));
     for path in &dead {
-        println!("{}", path.strip_prefix(root()).unwrap_or(path).display());
+        let path = path.strip_prefix(root()).unwrap_or(path);
+        print(&format!("{}\n", path.display()))?;
     }
     if remove {
         dead::remove(&dead)?;

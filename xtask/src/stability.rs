@@ -40,7 +40,7 @@ use tetrascope::{Algorithm, Context, Promise, Settings};
 
 use self::judge::{Truth, judge, judge_truth};
 use self::watch::Watch;
-use crate::output::{phase, progress, write};
+use crate::output::{phase, print, progress, write};
 use crate::{machine, setup};
 
 /// What to draw.
@@ -105,7 +105,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     let cases = chosen(options)?;
     if options.list {
         for case in &cases {
-            println!("{case:?}");
+            print(&format!("{case:?}\n"))?;
         }
         return Ok(true);
     }
@@ -119,8 +119,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     let matrix = Matrix::draw(&cases, &algorithms, &Context::new())?;
     let ratios = stress::ratios(&cases)?;
     let stress = stress::sentence(&ratios);
-    print!("{}", matrix.to_table());
-    println!("{stress}");
+    print(&format!("{}{stress}\n", matrix.to_table()))?;
     let folder = options
         .out
         .clone()

@@ -20,7 +20,7 @@ use tetrascope::voxel_hw::machine::{MachineConfig, Merge};
 use tetrascope::voxel_hw::{Offsets, VoxelSize, Voxelizer, VoxelizerOptions, voxels_over};
 
 use crate::machine;
-use crate::output::{phase, progress, write};
+use crate::output::{phase, print, progress, write};
 use plan::Plan;
 use result::{MeshSensitivity, Number, Row, SWEEP_VERSION, Sweep, SweptMesh, Weight};
 
@@ -59,7 +59,7 @@ pub fn run(options: &Options) -> Result<(), Error> {
     let section = Section::new(sweep);
     write(&page, section.to_html())?;
     for sentence in section.answer() {
-        println!("{sentence}");
+        print(&format!("{sentence}\n"))?;
     }
     eprintln!("wrote {}", page.display());
     Ok(())

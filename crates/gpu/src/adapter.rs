@@ -1,6 +1,6 @@
 //! Which device draws: an adapter of this machine, or what the application has.
 
-use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use tetrascope_core::Error;
@@ -58,8 +58,10 @@ struct Shared {
     compiled: Mutex<Compiled>,
     /// Buffers and textures that were made.
     allocations: AtomicU64,
-    /// How many checks come before one that is refused for a test; none if negative.
+    /// How many checks come before one that a test has fail; none if negative.
     checks_left: AtomicI64,
+    /// Whether the device is then destroyed.
+    destroys: AtomicBool,
 }
 
 /// The first thing that went wrong outside of [`Gpu::checked`], in the driver's words.
@@ -91,12 +93,23 @@ impl Gpu {
     ///
     /// [`Error::NoAdapter`] if there is none like that.
     pub fn new(options: &GpuOptions) -> Result<Gpu, Error> {
+        Gpu::with_limits(options, |_| {})
+    }
+
+    /// A device whose limits `lower` has lowered. For tests of what does not fit.
+    #[doc(hidden)]
+    pub fn with_limits(
+        options: &GpuOptions,
+        lower: impl FnOnce(&mut wgpu::Limits),
+    ) -> Result<Gpu, Error> {
         let adapter = choose(enumerate(), options)?;
+        // The defaults of WebGPU stop at 128 MiB a binding even on large devices.
+        let mut limits = adapter.limits();
+        lower(&mut limits);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("tetrascope"),
             required_features: Gpu::useful_features(&adapter),
-            // The defaults of WebGPU stop at 128 MiB a binding even on large devices.
-            required_limits: adapter.limits(),
+            required_limits: limits,
             ..Default::default()
         };
         let (device, queue) =
@@ -105,16 +118,23 @@ impl Gpu {
                     reason: format!("{} gives no device: {error}", adapter.get_info().name),
                 }
             })?;
+        Ok(Gpu::watched(device, queue))
+    }
+
+    /// A device that belongs to nobody else: what happens to it is noted.
+    fn watched(device: wgpu::Device, queue: wgpu::Queue) -> Gpu {
         let failure = Failure::default();
         let note = failure.clone();
         device.on_uncaptured_error(Arc::new(move |error| first(&note, error.to_string())));
         let note = failure.clone();
         device.set_device_lost_callback(move |reason, message| {
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                first(&note, format!("device lost: {message}"));
-            }
+            let what = match reason {
+                wgpu::DeviceLostReason::Destroyed => "it was destroyed".into(),
+                _ => format!("device lost: {message}"),
+            };
+            first(&note, what);
         });
-        Ok(Gpu::with_failure(device, queue, failure))
+        Gpu::with_failure(device, queue, failure)
     }
 
     /// The features of `adapter` that some renderer makes use of: an application asks for them,
@@ -126,7 +146,7 @@ impl Gpu {
     /// An application's own device and queue.
     ///
     /// The application's handlers for lost devices and uncaptured errors are left
-    /// alone. Renderers use the features and limits that the device was made with. Among
+    /// alone, so that a device is found to be lost once a frame is read back, not before. Renderers use the features and limits that the device was made with. Among
     /// [`Gpu::useful_features`], [`Features::FLOAT32_BLENDABLE`] keeps blending in f32,
     /// [`Features::FLOAT32_FILTERABLE`] and [`Features::TEXTURE_FORMAT_16BIT_NORM`] let
     /// texture units filter the samples of a grid, and [`Features::TIMESTAMP_QUERY`] and
@@ -149,6 +169,7 @@ impl Gpu {
                 compiled: Mutex::default(),
                 allocations: AtomicU64::new(0),
                 checks_left: AtomicI64::new(-1),
+                destroys: AtomicBool::new(false),
             }),
         }
     }
@@ -208,7 +229,25 @@ impl Gpu {
     #[doc(hidden)]
     pub fn refuse_after(&self, checks: Option<u32>) {
         let checks = checks.map_or(-1, i64::from);
+        self.shared.destroys.store(false, Ordering::SeqCst);
         self.shared.checks_left.store(checks, Ordering::SeqCst);
+    }
+
+    /// Lets so many calls of [`Gpu::checked`] pass and destroys the device before the one after.
+    /// For tests of devices that are lost in the middle of a frame.
+    #[doc(hidden)]
+    pub fn destroy_after(&self, checks: u32) {
+        self.shared.destroys.store(true, Ordering::SeqCst);
+        self.shared
+            .checks_left
+            .store(checks.into(), Ordering::SeqCst);
+    }
+
+    /// How many calls of [`Gpu::checked`] [`Gpu::refuse_after`] and [`Gpu::destroy_after`] still
+    /// let pass; negative once one has failed.
+    #[doc(hidden)]
+    pub fn checks_left(&self) -> i64 {
+        self.shared.checks_left.load(Ordering::SeqCst)
     }
 
     /// The adapter in one line: name, type, backend and driver.
@@ -223,10 +262,15 @@ impl Gpu {
         self.healthy()?;
         let left = &self.shared.checks_left;
         if left.load(Ordering::SeqCst) >= 0 && left.fetch_sub(1, Ordering::SeqCst) == 0 {
-            return Err(Error::OutOfMemory {
-                what: what.into(),
-                bytes,
-            });
+            match self.shared.destroys.load(Ordering::SeqCst) {
+                true => self.device().destroy(),
+                false => {
+                    return Err(Error::OutOfMemory {
+                        what: what.into(),
+                        bytes,
+                    });
+                }
+            }
         }
         let scope = |filter| self.device().push_error_scope(filter);
         let memory = scope(wgpu::ErrorFilter::OutOfMemory);

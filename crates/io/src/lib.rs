@@ -84,3 +84,4 @@ pub use mesh_data::{MeshData, MeshField};
 pub use read::{FileData, ReadOptions, read_file, read_mesh};
 pub use vti::{COVERAGE, Compression, write_grid, write_vti};
 pub(crate) use vtk::parse_float;
+pub use whole_file::{TemporaryFolder, remove_temporary_files_and};

@@ -1,8 +1,10 @@
 //! Files that are written whole or not at all.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tetrascope_core::Error;
 
@@ -46,16 +48,16 @@ pub(crate) fn write_files(files: &[(&Path, &[u8])]) -> Result<(), Error> {
 }
 
 /// A file that is written, beside the one whose name it is to take.
-type Complete<'a> = (&'a Path, tempfile::NamedTempFile);
+type Complete<'a> = (&'a Path, Temporary<File>);
 
 fn complete(
     path: &Path,
     write: impl FnOnce(&mut File) -> std::io::Result<()>,
 ) -> Result<Complete<'_>, Error> {
-    let written = temporary_file(path).and_then(|mut file| {
-        write(file.as_file_mut())?;
-        file.as_file().sync_all()?;
-        Ok(file)
+    let written = temporary_file(path).and_then(|mut temporary| {
+        write(temporary.file.as_file_mut())?;
+        temporary.file.as_file().sync_all()?;
+        Ok(temporary)
     });
     Ok((path, written.map_err(cannot_write(path))?))
 }
@@ -63,7 +65,8 @@ fn complete(
 /// Gives all files their names, or none.
 fn take_names(complete: Vec<Complete>) -> Result<(), Error> {
     // Names alone change. What they stood for is kept until all have.
-    let mut replaced: Vec<(&Path, Option<Kept>)> = Vec::new();
+    let mut replaced: Vec<(&Path, Option<Temporary<()>>)> = Vec::new();
+    let _held = hold_names();
     let several = complete.len() > 1;
     for (path, file) in complete {
         let taken = match several {
@@ -71,7 +74,7 @@ fn take_names(complete: Vec<Complete>) -> Result<(), Error> {
             false => Ok(None),
         }
         .and_then(|kept| {
-            file.persist(path).map_err(|error| error.error)?;
+            file.persist(path)?;
             Ok(kept)
         });
         match taken {
@@ -80,7 +83,7 @@ fn take_names(complete: Vec<Complete>) -> Result<(), Error> {
                 for (path, kept) in replaced {
                     // As well as can be: the first failure is what is told.
                     let _ = match kept {
-                        Some(kept) => kept.persist(path).map(drop).map_err(|error| error.error),
+                        Some(kept) => kept.persist(path),
                         None => std::fs::remove_file(path),
                     };
                 }
@@ -91,11 +94,8 @@ fn take_names(complete: Vec<Complete>) -> Result<(), Error> {
     Ok(())
 }
 
-/// A second name of a file, removed again unless it takes the first one's place.
-type Kept = tempfile::NamedTempFile<()>;
-
-/// Keeps the file at `path`, if there is one.
-fn keep(path: &Path) -> std::io::Result<Option<Kept>> {
+/// Keeps the file at `path`, if there is one, by a second name.
+fn keep(path: &Path) -> std::io::Result<Option<Temporary<()>>> {
     if !path.exists() {
         return Ok(None);
     }
@@ -109,7 +109,7 @@ fn keep(path: &Path) -> std::io::Result<Option<Kept>> {
     let kept = tempfile::Builder::new()
         .prefix(PREFIX)
         .make_in(folder(path), link)?;
-    Ok(Some(kept))
+    Ok(Some(Temporary::new(kept)))
 }
 
 pub(crate) fn cannot_write(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
@@ -146,7 +146,7 @@ fn folder(path: &Path) -> &Path {
 pub(crate) const PREFIX: &str = ".tetrascope-";
 
 /// A file in the folder of `path`, removed again unless it takes that name.
-pub(crate) fn temporary_file(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+fn temporary_file(path: &Path) -> std::io::Result<Temporary<File>> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
@@ -154,5 +154,111 @@ pub(crate) fn temporary_file(path: &Path) -> std::io::Result<tempfile::NamedTemp
         use std::os::unix::fs::PermissionsExt as _;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder.prefix(PREFIX).tempfile_in(folder(path))
+    let _held = hold_names();
+    let file = builder.prefix(PREFIX).tempfile_in(folder(path))?;
+    Ok(Temporary::new(file))
 }
+
+/// The temporary files and folders of this process.
+static PENDING: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Locked, for a moment, after [`hold_names`] if both are.
+fn pending() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    PENDING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Held while a temporary file is made and noted, while files take their names, and for good once
+/// the process ends.
+fn hold_names() -> MutexGuard<'static, ()> {
+    static HELD: Mutex<()> = Mutex::new(());
+    HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the temporary files of all that is being written, and then does `end`, which ends the
+/// process, before another file is made or takes its name.
+///
+/// For a program that is told to end, such as by a signal: a file that is being written does not
+/// appear, and nothing is left of it. Call it in a thread that waits for signals, as locks cannot
+/// be taken while a signal is handled.
+pub fn remove_temporary_files_and<T>(end: impl FnOnce() -> T) -> T {
+    let _held = hold_names();
+    let paths = std::mem::take(&mut *pending());
+    for path in paths {
+        // What cannot be removed stays: the process ends all the same.
+        let _ = match path.is_dir() {
+            true => std::fs::remove_dir_all(&path),
+            false => std::fs::remove_file(&path),
+        };
+    }
+    end()
+}
+
+/// A file that is removed when it is dropped, or by [`remove_temporary_files_and`].
+struct Temporary<F> {
+    /// Dropped before its note.
+    file: tempfile::NamedTempFile<F>,
+    _note: Note,
+}
+
+/// A path in [`PENDING`].
+struct Note(PathBuf);
+
+impl Note {
+    fn new(path: &Path) -> Note {
+        pending().insert(path.to_owned());
+        Note(path.to_owned())
+    }
+}
+
+impl Drop for Note {
+    fn drop(&mut self) {
+        pending().remove(&self.0);
+    }
+}
+
+impl<F> Temporary<F> {
+    /// Takes note of a file while names are held.
+    fn new(file: tempfile::NamedTempFile<F>) -> Temporary<F> {
+        let note = Note::new(file.path());
+        Temporary { file, _note: note }
+    }
+
+    /// Gives the file this name while names are held.
+    fn persist(self, path: &Path) -> std::io::Result<()> {
+        let persisted = self.file.persist(path);
+        persisted.map(drop).map_err(|error| error.error)
+    }
+}
+
+/// A folder in the system's place for such, removed when it is dropped or by
+/// [`remove_temporary_files_and`].
+pub struct TemporaryFolder {
+    /// Dropped before its note.
+    folder: tempfile::TempDir,
+    _note: Note,
+}
+
+impl TemporaryFolder {
+    /// Makes one.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when it cannot be made.
+    pub fn new() -> Result<TemporaryFolder, Error> {
+        let _held = hold_names();
+        let folder = tempfile::Builder::new().prefix(PREFIX).tempdir();
+        let folder = folder.map_err(cannot_write(&std::env::temp_dir()))?;
+        let note = Note::new(folder.path());
+        Ok(TemporaryFolder {
+            folder,
+            _note: note,
+        })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+#[cfg(test)]
+mod tests;

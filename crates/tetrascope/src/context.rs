@@ -32,6 +32,13 @@ impl Context {
         self
     }
 
+    /// The same context with an application's device, on which algorithms then draw.
+    #[cfg(feature = "gpu")]
+    pub fn with_gpu(mut self, gpu: Gpu) -> Context {
+        self.gpu = gpu.into();
+        self
+    }
+
     /// Whom to tell of progress.
     pub fn progress(&self) -> Option<&Progress> {
         self.progress.as_ref()

@@ -64,6 +64,8 @@ mod help;
 mod renderer;
 #[cfg(feature = "resample")]
 pub mod resampling;
+#[cfg(feature = "signals")]
+pub mod signals;
 pub mod volumes;
 
 pub use algorithms::{Algorithm, algorithm, algorithms, truth};

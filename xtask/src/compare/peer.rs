@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use serde::Deserialize;
 use tetrascope::core::mesh::Association;
 use tetrascope::core::{Error, Frame, FrameStats, OpticalModel, Volume};
-use tetrascope::io::{Compression, write_grid};
+use tetrascope::io::{Compression, TemporaryFolder, write_grid};
 use tetrascope::scene::Scene;
 use tetrascope::{Context, Promise};
 
@@ -115,11 +115,7 @@ impl Peer {
         if mappers.is_empty() {
             return Ok((vec![row("", Outcome::Skipped(reason.into()))], Vec::new()));
         }
-        let folder = tempfile::tempdir().map_err(|source| Error::Io {
-            action: "cannot make",
-            path: std::env::temp_dir(),
-            source,
-        })?;
+        let folder = TemporaryFolder::new()?;
         let scene_file = folder.path().join("scene.toml");
         write(&scene_file, scene.to_toml())?;
         let file = match volume {

@@ -5,10 +5,10 @@
 //! nothing, and written anew. It appears whole or not at all.
 
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use tetrascope_io::write_file;
 
 use super::calibrate::Calibration;
 use crate::Context;
@@ -128,14 +128,8 @@ pub(crate) fn write(
     };
     let text = serde_json::to_vec(&contents).map_err(|error| error.to_string())?;
     let path = machine.path(folder);
-    let written = || -> std::io::Result<()> {
-        fs::create_dir_all(folder)?;
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        file.write_all(&text)?;
-        file.persist(&path)?;
-        Ok(())
-    };
-    written().map_err(|error| format!("{}: {error}", path.display()))
+    fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", path.display()))?;
+    write_file(&path, &text).map_err(|error| error.to_string())
 }
 
 /// The folder for files that a program makes for itself: `$XDG_CACHE_HOME/tetrascope`, else that of

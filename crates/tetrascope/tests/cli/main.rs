@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod choose;
+mod faults;
 mod first;
 mod grids;
 mod lists;

@@ -315,6 +315,7 @@ fn what_is_there_but_is_another_picture_is_not_taken_for_a_frame() {
 #[cfg(unix)]
 #[test]
 fn a_run_that_was_interrupted_goes_on_and_leaves_no_half_file() {
+    use std::os::unix::process::ExitStatusExt as _;
     use std::process::{Command, Stdio};
     use std::time::Duration;
     let folder = Folder::new();
@@ -323,7 +324,7 @@ fn a_run_that_was_interrupted_goes_on_and_leaves_no_half_file() {
     }
     let line = "render s*.vtk --size 64 -q -o";
     folder.run(&format!("{line} whole_%d.png")).succeeded();
-    for after in [0, 3, 11] {
+    for (after, signal, number) in [(0, "INT", 2), (3, "TERM", 15), (11, "INT", 2)] {
         let mut run = super::program::program()
             .current_dir(folder.root())
             .args(format!("{line} f_%d.png --resume").split_whitespace())
@@ -334,10 +335,14 @@ fn a_run_that_was_interrupted_goes_on_and_leaves_no_half_file() {
             std::thread::sleep(Duration::from_millis(1));
         }
         let mut kill = Command::new("kill");
-        kill.args(["-INT", &run.id().to_string()]);
+        kill.args(["-s", signal, &run.id().to_string()]);
         // Where it has come to its end, there is nothing to interrupt.
         let _ = kill.status().expect("it starts");
-        run.wait().expect("it ends");
+        let status = run.wait().expect("it ends");
+        assert!(
+            status.success() || status.signal() == Some(number),
+            "{status}"
+        );
         let files = folder.files();
         assert!(!files.iter().any(|name| name.starts_with('.')), "{files:?}");
     }

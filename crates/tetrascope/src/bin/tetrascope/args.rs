@@ -30,6 +30,8 @@ Exit codes:
   2  wrong usage: an unknown option, algorithm or setting, or one that does not fit
   3  input that cannot be read or is invalid: a file, a scene, a field
   4  no suitable GPU, or one of its limits exceeded
+A signal ends it as it ends any program (a shell says 130 after Ctrl-C, 143 after `kill`).
+A file appears whole or not at all, and nothing else is left of it.
 
 Results go to stdout, progress and messages to stderr. NO_COLOR, RUST_LOG and
 WGPU_ADAPTER_NAME are honored.

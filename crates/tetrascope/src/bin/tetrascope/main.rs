@@ -45,6 +45,7 @@ fn main() -> ExitCode {
     quiet_mesa();
     #[cfg(unix)]
     outlive_large_files();
+    tetrascope::signals::leave_no_temporary_files();
     let output = Output::new(&cli.global);
     log(cli.global.verbose, output.color());
     let done = match &cli.command {

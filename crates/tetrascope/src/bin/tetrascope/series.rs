@@ -11,7 +11,6 @@ mod pattern;
 mod resume;
 mod steps;
 mod tally;
-mod whole;
 
 use std::path::Path;
 use std::time::Instant;
@@ -34,7 +33,6 @@ pub(crate) use common::Common;
 pub(crate) use steps::Steps;
 use steps::{describe, frame_name};
 use tally::Tally;
-use whole::Whole;
 
 /// What is told of a frame that cannot be drawn.
 const RESUME: &str = "--resume goes on with the frames that are not there yet";
@@ -86,7 +84,6 @@ pub(crate) fn run(args: &RenderArgs, steps: &Steps, how: How, output: &Output) -
         common,
         renderer: None,
         previous: None,
-        whole: Whole::new(),
     };
     // What must not be drawn over is found before anything is drawn.
     let mut there = vec![false; numbers.len()];
@@ -145,7 +142,6 @@ struct Series {
     renderer: Option<Renderer>,
     /// The mesh that was drawn last: the next one may be in the same place.
     previous: Option<Volume>,
-    whole: Whole,
 }
 
 impl Series {
@@ -213,8 +209,7 @@ impl Series {
             frame,
         };
         let metadata = picture.metadata();
-        self.whole
-            .write(|| write_image(path, &picture.frame, &metadata))?;
+        write_image(path, &picture.frame, &metadata)?;
         for line in picture.statistics() {
             watch.detail(format_args!("  {line}"));
         }

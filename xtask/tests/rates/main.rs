@@ -1,6 +1,8 @@
 //! The three rates of change: what a renderer keeps when its volume or its appearance changes, and
 //! what is left of it when that fails.
 
+mod faults;
+
 use tetrascope::core::Values;
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::{

@@ -1,5 +1,9 @@
 //! `cargo xtask compare --check`: all default scenes, small, and the page in a real browser.
 
+mod faults;
+#[cfg(unix)]
+mod front;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -9,7 +13,7 @@ use xtask::setup::{adapter_is_required, browser};
 use xtask::testing::algorithms;
 
 /// What a browser is asked of a page: it does what a person would, and leaves what it finds as text.
-const QUESTIONS: &str = include_str!("compare/questions.js");
+const QUESTIONS: &str = include_str!("questions.js");
 
 fn check(out: &Path) -> Options {
     Options {
