@@ -55,6 +55,9 @@ pub struct Options {
     /// Optical models, separated by commas [default: all]
     #[arg(long, value_delimiter = ',', value_parser = model)]
     pub models: Vec<OpticalModel>,
+    /// Draw what takes long, too
+    #[arg(long)]
+    pub long: bool,
     /// The folder of index.html, and of scenes that are drawn wrongly [default: target/stability]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -98,6 +101,11 @@ fn model(name: &str) -> Result<OpticalModel, String> {
     let found = OpticalModel::ALL.into_iter().find(|m| m.name() == name);
     let names = OpticalModel::ALL.map(OpticalModel::name).join(", ");
     found.ok_or_else(|| format!("the optical models are {names}"))
+}
+
+/// Cases that take seconds each, and are drawn where they are asked for.
+pub fn long() -> Vec<Case> {
+    vec![stiff::long_row()]
 }
 
 /// Draws the suite, prints the matrix, writes the page, and returns whether nothing is wrong.
@@ -155,6 +163,9 @@ fn chosen(options: &Options) -> Result<Vec<Case>, Error> {
     let is_asked = |m: &OpticalModel| options.models.is_empty() || options.models.contains(m);
     let models = OpticalModel::ALL.into_iter().filter(is_asked);
     let mut cases: Vec<Case> = models.flat_map(under).collect();
+    if options.long {
+        cases.extend(long());
+    }
     cases.sort_by_key(|case| case.group);
     let names = &options.cases;
     let is_named = |case: &Case, name: &String| format!("{case:?}").contains(name.as_str());

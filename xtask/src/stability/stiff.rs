@@ -27,6 +27,28 @@ pub(super) fn cases() -> Vec<Case> {
     cases
 }
 
+/// 2²⁰ cells on each ray, whose lengths add up: three of the six of each cube in a row.
+pub(super) fn long_row() -> Case {
+    let cubes = (1 << 20_u32).div_ceil(3);
+    let at = |i: usize| 2.0 * i as f64 / cubes as f64 - 1.0;
+    let corner = |i: usize| {
+        [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(|[y, z]| DVec3::new(at(i), y, z))
+    };
+    let points: Vec<DVec3> = (0..=cubes).flat_map(corner).collect();
+    // Corner c of a cube: bit 0 along x, then y, then z.
+    let cells = (0..cubes).flat_map(|i| {
+        tetrascope_testing::CUBE.map(|cell| cell.map(|c| (4 * (i + (c & 1)) + (c >> 1)) as u32))
+    });
+    let pieces = Pieces::with_field(points, cells.collect(), along_x);
+    let appearance = look(vec![knot(0.0, ORANGE, 0.2), knot(1.0, ORANGE, 1.4)]);
+    let mut view = down_x();
+    (view.width, view.height) = (4, 4);
+    let shot = Shot::new(pieces.volume(), appearance, view);
+    Case::known(Group::Stiff, "2²⁰ cells on each ray", shot, |_| {
+        one_color(ORANGE, 0.8 * LENGTH)
+    })
+}
+
 fn case(name: impl Into<String>, shot: Shot) -> Case {
     Case::new(Group::Stiff, name, shot)
 }
