@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tetrascope::core::{Error, ErrorKind};
-use xtask::{bench, compare, dashboard, setup, snapshots, stability, sweep, voxel_figures};
+use xtask::{bench, compare, dashboard, fuzz, setup, snapshots, stability, sweep, voxel_figures};
 
 /// The harness of Tetrascope
 #[derive(Parser)]
@@ -12,7 +12,7 @@ use xtask::{bench, compare, dashboard, setup, snapshots, stability, sweep, voxel
     bin_name = "cargo xtask",
     after_help = "Exit status: 0 done, 1 failure, 2 usage, 3 bad input, 4 no suitable graphics \
                   adapter, 5 an error above its bound, a case that hangs, a snapshot that is not as \
-                  reviewed, or a benchmark that is slower beyond noise."
+                  reviewed, a benchmark that is slower beyond noise, or an input that is a fault."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -42,6 +42,8 @@ enum Task {
     /// Draw a scene once and print the most memory that this took
     #[command(name = compare::peak::COMMAND, hide = true)]
     Peak { algorithm: String, setting: String },
+    /// Fuzz readers, scene parser and mesh builder, guided by coverage
+    Fuzz(fuzz::Options),
     /// Check reviewed pictures and texts, show what differs, accept it, find what nobody asks for
     Snapshots(snapshots::Options),
     /// The same as `snapshots bless`
@@ -85,6 +87,7 @@ fn main() -> ExitCode {
         Task::Machine(options) => finish(sweep::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Stability(options) => finish(stability::run(&options).map(status)),
         Task::Figures(options) => finish(voxel_figures::run(&options).map(|()| ExitCode::SUCCESS)),
+        Task::Fuzz(options) => finish(fuzz::run(&options).map(status)),
         Task::Snapshots(options) => finish(snapshots::run(&options).map(status)),
         Task::Bless => finish(snapshots::bless().map(|()| ExitCode::SUCCESS)),
     }
