@@ -85,9 +85,7 @@ pub(crate) fn beside(path: &Path, name: &str) -> Option<PathBuf> {
     let is_inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
     let folder = path.parent().unwrap_or(Path::new(""));
     let name = Path::new(name);
-    name.components()
-        .all(is_inside)
-        .then(|| folder.join(name))
+    name.components().all(is_inside).then(|| folder.join(name))
 }
 
 /// What to do about a name that [`beside`] refuses.

@@ -87,7 +87,13 @@ fn files_below_the_folder_are_found_and_files_elsewhere_are_refused() {
     assert!(steps[0].file.is_file());
     let path = folder.path().join("lists/x.pvd");
     let absolute = folder.path().join("a.vtu").display().to_string();
-    for name in ["../a.vtu", "../lists/b.vtu", "./../a.vtu", "/dev/zero", &absolute] {
+    for name in [
+        "../a.vtu",
+        "../lists/b.vtu",
+        "./../a.vtu",
+        "/dev/zero",
+        &absolute,
+    ] {
         let entry = format!("<DataSet timestep=\"0\" file=\"{name}\"/>");
         std::fs::write(&path, pvd(&entry)).expect("written");
         let error = read_collection(&path).expect_err(name);
