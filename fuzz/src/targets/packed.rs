@@ -322,10 +322,7 @@ pub(super) fn grid(bench: &Bench, bytes: &[u8]) -> Result<(), Error> {
 pub(super) fn grid_seeds(nrrd: &[Seed]) -> Vec<Vec<u8>> {
     let own = |format: u8, seeds: &[Seed], word: &str| {
         let files = seeds.iter().map(|seed| unpacked(&seed.files[0].1));
-        let files = files.filter(|file| {
-            let found = file.windows(word.len()).any(|w| w == word.as_bytes());
-            found
-        });
+        let files = files.filter(|file| file.windows(word.len()).any(|w| w == word.as_bytes()));
         let files = files.map(|file| [vec![format, 0], file].concat());
         files.collect::<Vec<_>>()
     };
