@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use crate::worker::{MEMORY, Work};
+use crate::MEMORY;
+use crate::worker::Work;
 
 /// What is to be done.
 #[derive(Clone, Copy)]

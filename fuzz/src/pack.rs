@@ -115,7 +115,7 @@ impl Part {
 }
 
 impl Compressor {
-    fn pack(self, block: &[u8]) -> Vec<u8> {
+    pub(crate) fn pack(self, block: &[u8]) -> Vec<u8> {
         match self {
             Compressor::Zlib => {
                 let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());

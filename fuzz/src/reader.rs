@@ -29,7 +29,13 @@ pub(crate) fn read(input: &Input, folder: &Path) -> Result<Reading, String> {
     let Some(error) = explain(input, folder) else {
         return Ok(Reading::Read);
     };
-    for text in [Some(error.to_string()), tetrascope::help(&error)]
+    check_message(&error)?;
+    Ok(Reading::Refused)
+}
+
+/// What a person reads of an error: printable characters on one line, and not too many.
+pub(crate) fn check_message(error: &Error) -> Result<(), String> {
+    for text in [Some(error.to_string()), tetrascope::help(error)]
         .into_iter()
         .flatten()
     {
@@ -41,7 +47,7 @@ pub(crate) fn read(input: &Input, folder: &Path) -> Result<Reading, String> {
             return Err(format!("a message of {length} characters"));
         }
     }
-    Ok(Reading::Refused)
+    Ok(())
 }
 
 /// Why `input` is refused, if it is.

@@ -88,6 +88,16 @@ pub(crate) fn kinds() -> std::io::Result<Vec<Kind>> {
     Ok(kinds)
 }
 
+/// MetaImage files.
+pub(crate) fn meta_images() -> Vec<Seed> {
+    grids::meta_image()
+}
+
+/// NIfTI files.
+pub(crate) fn niftis() -> Vec<Seed> {
+    grids::nifti()
+}
+
 /// Where the readers' tests keep their files.
 fn fixture_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/io/tests/fixtures")

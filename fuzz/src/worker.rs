@@ -14,11 +14,7 @@ use std::sync::Mutex;
 use crate::mutate::Input;
 use crate::reader::{Reading, explain, read};
 use crate::seeds::kinds;
-
-/// Memory that reading a file may take: this and [`PER_BYTE`] times the file, bytes.
-pub(crate) const MEMORY: u64 = 200_000_000;
-/// See [`MEMORY`].
-pub(crate) const PER_BYTE: u64 = 60;
+use crate::{MEMORY, allowed};
 
 /// Where the panic that is being caught began.
 static PANIC: Mutex<String> = Mutex::new(String::new());
@@ -65,7 +61,7 @@ pub(crate) fn run(work: &Work) -> io::Result<()> {
                 "failed"
             }
         };
-        if peak > MEMORY + PER_BYTE * input.len() as u64 {
+        if peak > allowed(input.len()) {
             let (megabytes, length) = (peak / 1_000_000, input.len());
             writeln!(
                 out,

@@ -22,6 +22,7 @@ Usage: cargo xtask COMMAND [ARGUMENT]...
   bench      benchmarks of another revision and of the working tree in turn: --against REV
   machine    simulate the machine of voxels; what bounds it, in target/machine
   figures    draw figures 3 to 6 of the paper on voxels again, in snapshots/voxel-hw
+  fuzz       fuzz what reads files, guided by coverage: --seconds N, in target/fuzz
   snapshots  reviewed pictures and texts: check, report, bless, dead
 
 `cargo xtask COMMAND --help` says more.";

@@ -5,7 +5,9 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use tetrascope::core::{Error, ErrorKind};
 use xtask::output::print;
-use xtask::{bench, compare, dashboard, rays, setup, snapshots, stability, sweep, voxel_figures};
+use xtask::{
+    bench, compare, dashboard, fuzz, rays, setup, snapshots, stability, sweep, voxel_figures,
+};
 
 /// The harness of Tetrascope
 #[derive(Parser)]
@@ -13,7 +15,7 @@ use xtask::{bench, compare, dashboard, rays, setup, snapshots, stability, sweep,
     bin_name = "cargo xtask",
     after_help = "Exit status: 0 done, 1 failure, 2 usage, 3 bad input, 4 no suitable graphics \
                   adapter, 5 an error above its bound, a case that hangs, a ray that is lost, a snapshot that is not as \
-                  reviewed, or a benchmark that is slower beyond noise."
+                  reviewed, a benchmark that is slower beyond noise, or an input that is a fault."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -45,6 +47,8 @@ enum Task {
     /// Draw a scene once and print the most memory that this took
     #[command(name = compare::peak::COMMAND, hide = true)]
     Peak { algorithm: String, setting: String },
+    /// Fuzz readers, scene parser and mesh builder, guided by coverage
+    Fuzz(fuzz::Options),
     /// Check reviewed pictures and texts, show what differs, accept it, find what nobody asks for
     Snapshots(snapshots::Options),
     /// The same as `snapshots bless`
@@ -60,8 +64,8 @@ fn status(is_well: bool) -> ExitCode {
 
 fn main() -> ExitCode {
     let task = Arguments::parse().command;
-    // `bench` has a worktree to put away, and both what they have started.
-    if !matches!(task, Task::Bench(_) | Task::Rays(_)) {
+    // These end what they have started first.
+    if !matches!(task, Task::Bench(_) | Task::Rays(_) | Task::Fuzz(_)) {
         tetrascope::signals::leave_no_temporary_files();
     }
     match task {
@@ -90,6 +94,7 @@ fn main() -> ExitCode {
         Task::Stability(options) => finish(stability::run(&options).map(status)),
         Task::Rays(options) => finish(rays::run(&options).map(status)),
         Task::Figures(options) => finish(voxel_figures::run(&options).map(|()| ExitCode::SUCCESS)),
+        Task::Fuzz(options) => finish(fuzz::run(&options).map(status)),
         Task::Snapshots(options) => finish(snapshots::run(&options).map(status)),
         Task::Bless => finish(snapshots::bless().map(|()| ExitCode::SUCCESS)),
     }

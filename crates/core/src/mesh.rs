@@ -549,7 +549,7 @@ impl TetMesh {
         self.adjacency().crowded_faces
     }
 
-    /// The sum of the cells' volumes, cubic world units. Found on first use and kept.
+    /// The sum of the cells' volumes, cubic world units; 0 or more. Found on first use and kept.
     pub fn volume(&self) -> f64 {
         *self.geometry.volume.get_or_init(|| {
             // Sums of sums: a single sum over a million cells would lose five digits. The
@@ -565,7 +565,8 @@ impl TetMesh {
                 })
                 .collect();
             let six_times: f64 = sums.iter().sum();
-            six_times / 6.0
+            // Cells flatter than rounding may have a sum below 0, and no cell has a volume below it.
+            six_times.max(0.0) / 6.0
         })
     }
 

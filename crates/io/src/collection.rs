@@ -1,8 +1,8 @@
 //! Collections: files that list the files of a series, one for each step of time.
 //!
 //! Read are ParaView's two: `.pvd`, which is VTK XML, and `.series`, which is JSON and named
-//! `NAME.vtu.series` or the like. Names start at the collection's folder. Nothing is read of
-//! the files themselves, but that they are there.
+//! `NAME.vtu.series` or the like. Names start at the collection's folder and do not lead out of
+//! it. Nothing is read of the files themselves, but that they are there.
 
 mod pvd;
 mod series;
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use tetrascope_core::Error;
 
-use crate::source::{Source, count, open_file};
+use crate::source::{KEEP_TOGETHER, Source, beside, count, open_file};
 
 /// A step of a series.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +49,8 @@ pub fn is_collection(path: &Path) -> bool {
 /// # Errors
 /// [`Error::Io`] when it cannot be read; [`Error::Format`] when it makes no sense or is longer
 /// than [`MAX_COLLECTION_BYTES`], and for what is not drawn: several files for one time, a file
-/// that is listed twice, other collections, and files that are not there.
+/// that is listed twice, other collections, and files that are not there or not in the folder of
+/// the collection.
 pub fn read_collection(path: &Path) -> Result<Vec<Step>, Error> {
     let source = read(path)?;
     let entries = match crate::image::extension(path).as_str() {
@@ -149,12 +150,18 @@ fn steps(path: &Path, entries: Vec<Entry>) -> Result<Vec<Step>, Error> {
             Some("write each step as one file"),
         ));
     }
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let step = |entry: &Entry| Step {
-        file: folder.join(&entry.name),
-        time: entry.time,
+    let step = |entry: &Entry| match beside(path, &entry.name) {
+        Some(file) => Ok(Step {
+            file,
+            time: entry.time,
+        }),
+        None => Err(refuse(
+            &entry.at,
+            format!("'{}' is not in the collection's folder", entry.name),
+            Some(KEEP_TOGETHER),
+        )),
     };
-    let steps: Vec<Step> = entries.iter().map(step).collect();
+    let steps: Vec<Step> = entries.iter().map(step).collect::<Result<_, _>>()?;
     let is_missing = |step: &&Step| !step.file.is_file();
     let missing = steps.iter().filter(is_missing).count();
     if let Some(first) = steps.iter().position(|step| is_missing(&step)) {

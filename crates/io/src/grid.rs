@@ -14,7 +14,7 @@ pub(crate) mod meta_image;
 pub(crate) mod nifti;
 pub(crate) mod nrrd;
 pub(crate) mod number;
-mod payload;
+pub(crate) mod payload;
 pub(crate) mod raw;
 mod space;
 

@@ -30,11 +30,23 @@
 //! memory of one.
 //!
 //! # Hostile files
-//! Meshes and VTK files are read to memory, samples of other grids a few at a time, and every count in them is checked against the
-//! bytes that are there before anything is allocated by it. Of compressed meshes, points and
-//! cells may take 32 MB and 32 times the file: points that no cell uses are left out beyond
-//! that, and cells that are more repeat each other and are refused. What is wrong is an
-//! [`Error::Format`](tetrascope_core::Error::Format) that says what and where.
+//! Meshes and VTK files are read to memory, samples of other grids a few at a time, and every
+//! count in them is checked against the bytes that are there before anything is allocated by
+//! it. What is wrong is an [`Error::Format`](tetrascope_core::Error::Format) of one line that
+//! says what and where.
+//!
+//! Memory is bounded by the bytes n of all files that are read:
+//!
+//! | what | at most |
+//! |---|---|
+//! | anything, with what [`MeshData`] and [`GridData`] make of it | 200 MB + 60 n, and what is packed |
+//! | points and cells of a packed mesh | 32 MB + 32 n: points that no cell uses are left out beyond that, and cells that are more repeat each other and are refused |
+//! | samples of a packed grid, in the type in which they are stored | 1 GiB + 64 n, and 1032 n: deflate makes no more of a byte. What is more is refused. Five times that for a moment where samples become floats |
+//! | a scene, a collection, a header of a grid | 1 MiB, 4 MiB, 1 MiB: what is longer is none |
+//!
+//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`) names each once, and in its own
+//! folder or below: `..` and absolute names are refused. Arrays of a VTK file may not
+//! all lie at one place. Tests and `cargo xtask fuzz` hold the readers to this.
 //!
 //! # A file in, a file out
 //! ```

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use tetrascope_core::Error;
 
@@ -76,6 +76,21 @@ pub(crate) fn open_file(path: &Path) -> Result<(File, u64), Error> {
     let file = File::open(path).map_err(failed("cannot open"))?;
     Ok((file, metadata.len()))
 }
+
+/// The file that the one at `path` calls `name`: in the folder of `path` or below it; `None` for
+/// a name that leads out of there, by `..` or from a root.
+///
+/// Links are followed: whoever makes one can read what it stands for.
+pub(crate) fn beside(path: &Path, name: &str) -> Option<PathBuf> {
+    let is_inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let name = Path::new(name);
+    name.components().all(is_inside).then(|| folder.join(name))
+}
+
+/// What to do about a name that [`beside`] refuses.
+pub(crate) const KEEP_TOGETHER: &str =
+    "a file may name others in its own folder and below: move them there";
 
 /// Bytes of a file from `offset` on; fewer where it ends.
 pub(crate) fn read_at(path: &Path, offset: u64, count: usize) -> Result<Vec<u8>, Error> {

@@ -29,7 +29,7 @@ pub(super) fn cases() -> Vec<Case> {
 
 /// 2²⁰ cells on each ray, whose lengths add up: three of the six of each cube in a row.
 pub(super) fn long_row() -> Case {
-    let cubes = (1 << 20_u32).div_ceil(3);
+    let cubes = (1_usize << 20).div_ceil(3);
     let at = |i: usize| 2.0 * i as f64 / cubes as f64 - 1.0;
     let corner = |i: usize| {
         [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(|[y, z]| DVec3::new(at(i), y, z))

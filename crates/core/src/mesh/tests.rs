@@ -165,6 +165,21 @@ fn both_orders_of_a_wedge_are_right() {
 }
 
 #[test]
+fn a_cell_flatter_than_rounding_has_no_volume_below_0() {
+    // Six times its volume is 8e-32, and −2e-31 in f64.
+    let above = 1.0 + f64::EPSILON;
+    let points = vec![
+        DVec3::new(3.0, above, above),
+        DVec3::new(1.5, 1e-17, -1.0),
+        DVec3::new(above, 1.0, 1.0),
+        DVec3::new(-1.0, 1.0, above),
+    ];
+    let mesh = TetMesh::from_tetrahedra(points, vec![[0, 1, 2, 3]], scalars(4)).expect("valid");
+    assert_eq!(mesh.report().degenerate, 1);
+    assert_eq!(mesh.volume(), 0.0);
+}
+
+#[test]
 fn a_mirrored_hexahedron_is_fixed_and_counted() {
     let mesh = TetMesh::new(
         cube(),

@@ -78,13 +78,28 @@ fn both_formats_give_files_by_time() {
 }
 
 #[test]
-fn files_elsewhere_are_found() {
+fn files_below_the_folder_are_found_and_files_elsewhere_are_refused() {
     let folder = folder(&["a.vtu"]);
     std::fs::create_dir(folder.path().join("lists")).expect("made");
-    let path = folder.path().join("lists/x.pvd");
-    std::fs::write(&path, pvd("<DataSet timestep=\"0\" file=\"../a.vtu\"/>")).expect("written");
-    let steps = read_collection(&path).expect("it is there");
+    std::fs::write(folder.path().join("lists/b.vtu"), "").expect("written");
+    let below = pvd("<DataSet timestep=\"0\" file=\"./lists/b.vtu\"/>");
+    let steps = read_as(&folder, "x.pvd", below).expect("it is there");
     assert!(steps[0].file.is_file());
+    let path = folder.path().join("lists/x.pvd");
+    let absolute = folder.path().join("a.vtu").display().to_string();
+    for name in [
+        "../a.vtu",
+        "../lists/b.vtu",
+        "./../a.vtu",
+        "/dev/zero",
+        &absolute,
+    ] {
+        let entry = format!("<DataSet timestep=\"0\" file=\"{name}\"/>");
+        std::fs::write(&path, pvd(&entry)).expect("written");
+        let error = read_collection(&path).expect_err(name);
+        let words = format!("'{name}' is not in the collection's folder");
+        assert!(error.to_string().contains(&words), "{error}");
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use tetrascope_core::Error;
 
 use super::MOST_FILES;
-use crate::source::open_file;
+use crate::source::{KEEP_TOGETHER, beside, open_file};
 
 /// No header is longer; a file of another kind is.
 const LONGEST: u64 = 1 << 20;
@@ -51,15 +51,15 @@ impl Header {
     }
 
     /// The names of files in all lines that are left.
-    pub(crate) fn files(&mut self) -> Vec<PathBuf> {
+    pub(crate) fn files(&mut self) -> Result<Vec<PathBuf>, Error> {
         let mut files = Vec::new();
         while let Some(line) = self.next_line() {
             let name = line.trim();
             if !name.is_empty() && files.len() < MOST_FILES {
-                files.push(self.beside(name));
+                files.push(self.beside(name)?);
             }
         }
-        files
+        Ok(files)
     }
 
     /// How many bytes were read as lines.
@@ -68,9 +68,11 @@ impl Header {
     }
 
     /// A file that the header names, from the header's folder.
-    pub(crate) fn beside(&self, name: &str) -> PathBuf {
-        let folder = self.path.parent().unwrap_or(Path::new(""));
-        folder.join(name)
+    fn beside(&self, name: &str) -> Result<PathBuf, Error> {
+        beside(&self.path, name).ok_or_else(|| {
+            let what = format!("'{}' is not in the header's folder", clip(name));
+            self.error_with_help(what, KEEP_TOGETHER)
+        })
     }
 
     /// An error in the line that was read last.
@@ -144,9 +146,9 @@ pub(crate) fn data_files(header: &Header, value: &str) -> Result<Vec<PathBuf>, E
                 clip(words[0])
             ))
         })?;
-        return Ok(names.iter().map(|name| header.beside(name)).collect());
+        return names.iter().map(|name| header.beside(name)).collect();
     }
-    Ok(vec![header.beside(value)])
+    Ok(vec![header.beside(value)?])
 }
 
 /// `pattern` with its one `%d` or `%03d` replaced.

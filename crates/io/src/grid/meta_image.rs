@@ -96,7 +96,7 @@ pub(crate) fn read(path: &Path) -> Result<Description, Error> {
         (vec![path.to_owned()], header.position())
     } else if word.eq_ignore_ascii_case("list") {
         // How many dimensions each file has, which follows from their number too.
-        (header.files(), 0)
+        (header.files()?, 0)
     } else {
         (data_files(&header, &file)?, 0)
     };

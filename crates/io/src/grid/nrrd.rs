@@ -58,7 +58,7 @@ pub(crate) fn read(path: &Path) -> Result<Description, Error> {
         let value = value.trim();
         let list = fields.set(&header, &key.trim().to_ascii_lowercase(), value)?;
         if list {
-            fields.files = header.files();
+            fields.files = header.files()?;
         }
     }
     fields.description(path, &header)

@@ -1,5 +1,6 @@
 //! Where a grid's numbers stand, and how they are fetched.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Cursor, ErrorKind, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -40,6 +41,19 @@ pub(crate) struct Payload {
 /// What a byte of deflated data grows to at most: 258 bytes in 2 bits.
 const DEFLATE: u64 = 1032;
 
+/// The most bytes that a packed file of `length` bytes may hold.
+///
+/// Deflate could make up to 1032 times its bytes of it. What is measured hardly goes beyond 64
+/// times, but masks do, which are empty nearly everywhere; those of up to 1 GiB are read
+/// whatever they are packed to. Samples that are not packed are never more than their file.
+pub(crate) fn most_unpacked(length: u64) -> u64 {
+    length.saturating_mul(64).saturating_add(1 << 30)
+}
+
+/// What to do about a file that holds more.
+pub(crate) const UNPACK: &str =
+    "unpack the samples first: those that stand in a file as they are may be of any size";
+
 /// The shortest words: a digit and a space.
 const WORD: u64 = 2;
 
@@ -61,6 +75,7 @@ impl Payload {
                 help: None,
             });
         }
+        self.check_files(count)?;
         // So many are of one part and in one file.
         let step = greatest_common_divisor(length, per_file);
         let mut all: Vec<Numbers> = Vec::new();
@@ -78,6 +93,38 @@ impl Payload {
             }
         }
         Ok(all)
+    }
+
+    /// Refuses files that give much more than they hold: one that is named several times, and
+    /// packed ones beyond [`most_unpacked`].
+    fn check_files(&self, count: usize) -> Result<(), Error> {
+        let refuse = |path: &Path, what: String, help: &str| Error::Format {
+            path: path.to_owned(),
+            at: "the samples".into(),
+            what,
+            help: Some(help.into()),
+        };
+        let mut known = HashSet::new();
+        let mut length = 0u64;
+        for path in &self.files {
+            length = length.saturating_add(open_file(path)?.1);
+            let is_known = self.files.len() > 1
+                && !known.insert(path.canonicalize().map_err(|e| cannot_read(path, e))?);
+            if is_known {
+                let what = "the header names this file twice".into();
+                return Err(refuse(path, what, "each file holds samples of its own"));
+            }
+        }
+        let needed = (count as u64).saturating_mul(self.number.size() as u64);
+        let is_packed = matches!(self.encoding, Encoding::Gzip | Encoding::Zlib);
+        match is_packed && needed > most_unpacked(length) {
+            false => Ok(()),
+            true => Err(refuse(
+                &self.files[0],
+                format!("{needed} bytes of samples are packed in {length}, which is refused"),
+                UNPACK,
+            )),
+        }
     }
 
     /// Where the numbers begin in `path`, checked to hold `count` of them.

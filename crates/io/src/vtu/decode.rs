@@ -17,6 +17,7 @@ use tetrascope_core::Error;
 use super::blocks::Blocks;
 use super::document::{ArrayElement, Compressor, Data, Document};
 use crate::grid::number::{Number, Numbers};
+use crate::grid::payload::{UNPACK, most_unpacked};
 use crate::source::{Endian, Source, room};
 use crate::vtk::parse_float;
 
@@ -47,6 +48,8 @@ pub(super) struct Decoder<'a> {
     /// Encoded bytes read so far. Arrays do not overlap, so they are no more
     /// than the file has; arrays that all point at the same place are stopped.
     consumed: Arc<AtomicU64>,
+    /// Bytes that [`Decoder::numbers`] has handed out.
+    held: AtomicU64,
 }
 
 impl<'a> Decoder<'a> {
@@ -64,6 +67,7 @@ impl<'a> Decoder<'a> {
             source,
             document,
             consumed,
+            held: AtomicU64::new(0),
         }
     }
 
@@ -97,8 +101,21 @@ impl<'a> Decoder<'a> {
     }
 
     /// `tuples` tuples in the type that the array has.
+    ///
+    /// All that are asked for together are held to [`most_unpacked`].
     pub(super) fn numbers(&self, array: &ArrayElement, tuples: u64) -> Result<Numbers, Error> {
         let count = self.count(array, tuples)?;
+        let bytes = count * array.kind.size() as u64; // checked in `count`
+        let held = self.held.fetch_add(bytes, Ordering::Relaxed);
+        let held = held.saturating_add(bytes);
+        let length = self.source.bytes.len();
+        if held > most_unpacked(length as u64) {
+            return Err(self.source.error_with_help(
+                format!("array '{}'", array.name),
+                format!("{held} bytes of samples are packed in {length}, which is refused"),
+                UNPACK,
+            ));
+        }
         let text;
         let (bytes, endian) = if let Data::Ascii(words) = &array.data {
             let size = array.kind.size();
