@@ -18,7 +18,6 @@ pub(super) fn cases() -> Vec<Case> {
         sizes(),
         far_from_the_origin(),
         flat_and_inverted(),
-        no_thickness(),
         needles_and_caps(),
         duplicates(),
         unshared_points(),
@@ -129,17 +128,6 @@ fn flat_and_inverted() -> Case {
     let volume = pieces.volume();
     let view = whole(&volume);
     case("flat and inverted cells", Shot::new(volume, plain(), view))
-}
-
-/// The lower half of a cube on one level, and 1e-12 high: what is on a level is what thin layers tend to.
-fn no_thickness() -> Case {
-    let shots = [1e-12, 0.0].map(|height| {
-        let pressed = |p: DVec3| DVec3::new(p.x, p.y, if p.z < 0.0 { height * p.z } else { p.z });
-        let volume = Pieces::cube(4, 0.0, waves).moved(pressed).volume();
-        let view = parallel(DVec3::new(0.3, 0.2, 3.0), DVec3::ZERO, 0.9);
-        Shot::new(volume, plain(), view)
-    });
-    Case::same(Group::Geometry, "layers without thickness", shots.into())
 }
 
 /// Cells a millionth as wide as long, and such whose corners are nearly in one plane.

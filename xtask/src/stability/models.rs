@@ -23,7 +23,7 @@ const SURFACES: [(f64, [f64; 3]); 3] = [
     (0.489, [0.3, 0.9, 0.2]),
 ];
 
-/// The case in another model; `None` where its expectation is one of its own model, or where no value fits
+/// The case in another model; `None` for its own, where its expectation is one of its own model, or where no value fits
 /// between two knots.
 pub(super) fn under(model: OpticalModel, case: &Case) -> Option<Case> {
     let is_usual = |shot: &Shot| shot.appearance.optical_model == OpticalModel::EmissionAbsorption;
@@ -32,7 +32,8 @@ pub(super) fn under(model: OpticalModel, case: &Case) -> Option<Case> {
         Expected::Same => Expected::Same,
         Expected::Light(_) | Expected::Law(..) => return None,
     };
-    if !case.shots.iter().all(is_usual) || case.is_of_one_model {
+    let is_its_own = model == OpticalModel::EmissionAbsorption;
+    if is_its_own || !case.shots.iter().all(is_usual) || case.is_of_one_model {
         return None;
     }
     let shots = case.shots.iter().map(|shot| {
