@@ -80,7 +80,7 @@ struct WriteArgs {
     folder: PathBuf,
 }
 
-/// What `cargo run -p tetrascope-fuzz` starts.
+/// The program `tetrascope-fuzz`: reads its arguments, and does what they ask for.
 pub fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Task::Run(args) => run(&args),

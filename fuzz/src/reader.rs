@@ -33,7 +33,8 @@ pub(crate) fn read(input: &Input, folder: &Path) -> Result<Reading, String> {
     Ok(Reading::Refused)
 }
 
-/// What a person reads of an error: printable characters on one line, and not too many.
+/// Refuses an error whose message or help is longer than a person reads, or holds control characters, such as a
+/// line's end.
 pub(crate) fn check_message(error: &Error) -> Result<(), String> {
     for text in [Some(error.to_string()), tetrascope::help(error)]
         .into_iter()

@@ -1,4 +1,4 @@
-//! What libFuzzer calls: bytes in, an answer out, in some microseconds.
+//! The targets of libFuzzer: each takes bytes and answers in some hundred microseconds.
 //!
 //! A target makes one input of the bytes that it is given: a file, several files, a scene, a
 //! mesh, or a file that it packs itself, so that what changes lies behind checksums. Files lie
@@ -155,7 +155,7 @@ impl Bench {
             None if Path::new(IN_MEMORY).is_dir() => tempfile::tempdir_in(IN_MEMORY)?,
             _ => tempfile::tempdir()?,
         };
-        // What headers and collections may name.
+        // The files that headers and collections of the seeds name.
         let samples: Vec<u8> = (0..72).collect();
         for name in ["grid.raw", "s1.raw", "s2.raw", "a.vtu", "b.vtu"] {
             fs::write(folder.path().join(name), &samples)?;
@@ -237,7 +237,7 @@ impl Bench {
 
 /// All that a person may ask of what was read.
 fn take(data: FileData) -> Result<(), Error> {
-    /// Of fields that differ in their places alone, a few are enough.
+    /// So many fields of a file are read: others are read by the same code.
     const FIELDS: usize = 4;
     match data {
         FileData::Mesh(mesh) => take_mesh(mesh, FIELDS),
@@ -331,7 +331,7 @@ fn raw(bench: &Bench, bytes: &[u8]) -> Result<(), Error> {
     take(read_file(&path, &options)?)
 }
 
-/// What [`streams`] reads, by its first byte: names and kinds.
+/// The names and kinds of files that [`streams`] reads; an input's first byte chooses.
 const STREAMED: [(&str, &str); 5] = [
     ("grid.vti", "vti"),
     ("grid.vtk", "vtk"),

@@ -18,6 +18,7 @@ Usage: cargo xtask COMMAND [ARGUMENT]...
   test       set up, then run every test (arguments go to `cargo test`)
   compare    draw scenes with every algorithm; error against time, in target/compare
   stability  draw stiff and extreme cases with every algorithm; who keeps what it promises
+  rays       rays by the hundred million at vertices, edges and faces: none may be lost
   dashboard  benchmarks over revisions, beside the papers' tables, in target/dashboard
   bench      benchmarks of another revision and of the working tree in turn: --against REV
   machine    simulate the machine of voxels; what bounds it, in target/machine

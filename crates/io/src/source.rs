@@ -88,7 +88,7 @@ pub(crate) fn beside(path: &Path, name: &str) -> Option<PathBuf> {
     name.components().all(is_inside).then(|| folder.join(name))
 }
 
-/// What to do about a name that [`beside`] refuses.
+/// The help of an error about a name that [`beside`] refuses.
 pub(crate) const KEEP_TOGETHER: &str =
     "a file may name others in its own folder and below: move them there";
 

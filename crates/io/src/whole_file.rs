@@ -184,7 +184,7 @@ pub fn remove_temporary_files_and<T>(end: impl FnOnce() -> T) -> T {
     let _held = hold_names();
     let paths = std::mem::take(&mut *pending());
     for path in paths {
-        // What cannot be removed stays: the process ends all the same.
+        // A file that cannot be removed stays: the process ends all the same.
         let _ = match path.is_dir() {
             true => std::fs::remove_dir_all(&path),
             false => std::fs::remove_file(&path),

@@ -28,6 +28,9 @@ pub(super) fn cases() -> Vec<Case> {
 }
 
 /// 2²⁰ cells on each ray, whose lengths add up: three of the six of each cube in a row.
+///
+/// The ground truth does not draw this yet within [`super::HANGS`]: on a row of equal boxes the builder of its
+/// tree joins few of them in each of its passes.
 pub(super) fn long_row() -> Case {
     let cubes = (1_usize << 20).div_ceil(3);
     let at = |i: usize| 2.0 * i as f64 / cubes as f64 - 1.0;

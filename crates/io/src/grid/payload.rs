@@ -50,7 +50,7 @@ pub(crate) fn most_unpacked(length: u64) -> u64 {
     length.saturating_mul(64).saturating_add(1 << 30)
 }
 
-/// What to do about a file that holds more.
+/// The help of an error about a file that holds more than [`most_unpacked`].
 pub(crate) const UNPACK: &str =
     "unpack the samples first: those that stand in a file as they are may be of any size";
 

@@ -290,7 +290,7 @@ fn a_signal_ends_a_frame_at_once() {
     }
 }
 
-/// What a shell says of it, and that nothing is left of a file that is being written.
+/// A shell sees 128 and the signal's number, and nothing is left of the file that was being written.
 #[cfg(unix)]
 #[test]
 fn a_signal_in_the_middle_of_a_file_leaves_nothing_of_it() {
