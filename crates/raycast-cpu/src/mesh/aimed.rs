@@ -117,6 +117,14 @@ fn no_ray_is_lost() {
     }
 }
 
+/// Thinner than f32 resolves: rays along such layers see all corners of a face at one point.
+#[test]
+fn a_face_seen_at_one_point_is_not_crossed() {
+    let seed = 16023;
+    let (_, counts) = shoot(&HardMesh::random(seed), Level::new(), 1 << 17, seed, |_| ());
+    assert_eq!((counts.lost, counts.unpaired), (0, 0), "{counts:?}");
+}
+
 /// A neighbor that leads back is what a broken rule would look like: such rays are given up, and counted.
 #[test]
 fn paths_that_go_round_in_a_circle_end_and_are_counted() {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::packed::{Packed, Vertex};
 use super::rays::{BlockRays, STRIDE};
-use super::sides::{Shear, Side, mean, shares};
+use super::sides::{Corner, Shear, Side, mean, shares};
 use crate::simd::{MOST_LANES, PerLane, each, store};
 
 /// A boundary face and the pixels that may see it: columns and rows, from one up to before the
@@ -167,10 +167,15 @@ impl Crossings {
                     let some = ab.is_positive | bc.is_positive | ca.is_positive;
                     // A ray that is not a number is on no side.
                     let is_ray = a.x.simd_eq(a.x);
-                    let crossed = (all | !some) & is_ray;
+                    let mut crossed = (all | !some) & is_ray;
                     if !crossed.any_true() {
                         continue;
                     }
+                    // No side of a face whose corners the ray sees at one point is positive, either way
+                    // round.
+                    let differ =
+                        |p: &Corner<S>, q: &Corner<S>| !(p.x.simd_eq(q.x) & p.y.simd_eq(q.y));
+                    crossed &= differ(&a, &b) | differ(&a, &c);
                     let shares = shares(simd, [&a, &b, &c], [bc.area, ca.area, ab.area]);
                     let z = mean::<S>(shares, [a.z, b.z, c.z]);
                     let mut depths: PerLane<f32> = [0.0; MOST_LANES];
