@@ -1,7 +1,7 @@
 //! Cell projection on the scenes that it is held to: the built-in ones and, where they are
 //! at hand (see `real_data.rs`), the Blunt Fin and SPX.
 //!
-//! At 512×512: `cargo test --release -p xtask --test projection -- --ignored --nocapture`.
+//! At 512×512: `cargo test --release -p xtask --test algorithms projection:: -- --ignored --nocapture`.
 
 use tetrascope::core::{Appearance, Frame, OpticalModel, Projection, View, Volume};
 use tetrascope::projection::counters::VISIBILITY_CYCLES;
