@@ -34,6 +34,9 @@ pub(crate) struct Geometry {
 /// most that rounding a position to f32 moves it (2⁻²⁴ of at most 2).
 const PADDING: f32 = 1.0 / (1 << 22) as f32;
 
+/// And by up to this share of themselves.
+const LOOSE: f32 = 1.0 / 256.0;
+
 impl Geometry {
     pub(crate) fn new(mesh: &TetMesh) -> Geometry {
         let bounds = mesh.bounds();
@@ -60,7 +63,10 @@ impl Geometry {
             .chunk_by(|(a, _), (b, _)| a.bits() == b.bits())
             .collect();
         let bvh = (!groups.is_empty()).then(|| {
-            let boxes: Vec<CellBox> = groups.iter().map(|group| group[0].0).collect();
+            let boxes = groups.iter().zip(0_u64..);
+            let boxes: Vec<CellBox> = boxes
+                .map(|(group, number)| group[0].0.loosened(number))
+                .collect();
             let params = BvhBuildParams::medium_build(); // slower ones split boxes, which is for triangles
             build_bvh2(&boxes, params, &mut Duration::default())
         });
@@ -173,6 +179,18 @@ impl CellBox {
         ))
     }
 
+    /// Larger by a share of `LOOSE` and of `PADDING` that follows from `number`.
+    ///
+    /// In a row of boxes that are alike, or of which each is larger than the one before, each has the
+    /// same neighbor in common with the next: one pair a pass, too. So no two are quite alike.
+    fn loosened(self, number: u64) -> CellBox {
+        // The high bits of a product with 2⁶⁴ / the golden ratio, as in Knuth's multiplicative hashing.
+        let share = (number.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f32 / (1 << 24) as f32;
+        let CellBox(Aabb { min, max, .. }) = self;
+        let by = ((max - min) * LOOSE + Vec3A::splat(PADDING)) * share;
+        CellBox(Aabb::new(min - by, max + by))
+    }
+
     /// In which no two boxes that differ are the same.
     fn bits(&self) -> [[u32; 3]; 2] {
         [self.0.min, self.0.max].map(|corner| corner.to_array().map(f32::to_bits))
@@ -202,12 +220,16 @@ mod tests {
         }
         points[4] = DVec3::splat(far);
         let cells = (0..4096).map(|i| [0, 1, 2, 3].map(|corner| 4 * i + corner));
+        mesh(points, cells.collect())
+    }
+
+    fn mesh(points: Vec<DVec3>, cells: Vec<[u32; 4]>) -> TetMesh {
         let scalars = Scalars {
             name: "zero".into(),
             association: Association::Point,
             values: vec![0.0; points.len()],
         };
-        TetMesh::from_tetrahedra(points, cells.collect(), scalars).expect("a mesh")
+        TetMesh::from_tetrahedra(points, cells, scalars).expect("a mesh")
     }
 
     #[test]
@@ -222,6 +244,29 @@ mod tests {
             ids.sort_unstable();
             assert!(ids.into_iter().eq(0..4096), "1e{exponent}");
             assert_eq!(geometry.starts.last(), Some(&4096));
+        }
+    }
+
+    /// Tetrahedra in a row along x, each this many times as large as the one before.
+    fn row(count: u32, growth: f64) -> TetMesh {
+        let (mut points, mut at, mut size) = (Vec::new(), 0.0, 1.0);
+        for _ in 0..count {
+            let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+            points.extend(corners.map(|corner| corner * size + at * DVec3::X));
+            at += size;
+            size *= growth;
+        }
+        let cells = (0..count).map(|i| [0, 1, 2, 3].map(|corner| 4 * i + corner));
+        mesh(points, cells.collect())
+    }
+
+    #[test]
+    fn cells_in_a_row_do_not_make_building_quadratic() {
+        for (growth, most) in [(1.0, 200), (1.0001, 200), (1.001, 1000)] {
+            let geometry = Geometry::new(&row(4096, growth));
+            let bvh = geometry.bvh.as_ref().expect("there are cells");
+            // Half of the cells were it a pair a pass.
+            assert!(bvh.max_depth < most, "{growth}: {}", bvh.max_depth);
         }
     }
 }
