@@ -6,8 +6,8 @@
 #           before, so that one pair is joined in a pass. Boxes that are larger by up to 1/256, each by another share,
 #           need no more passes than others: a way out.
 # Seen:     obvhs 0.4.0 with rustc 1.95, build_bvh2 with BvhBuildParams::medium_build().
-# Output:   512 boxes alike: a depth of at most 264
-#           1024 boxes alike: a depth of at most 520
+# Output:   512 boxes alike: a depth of at most 265
+#           1024 boxes alike: a depth of at most 522
 #           1024 boxes, no two alike: a depth of at most 96
 #
 # `max_depth` is what the builder says of its result: it counts its passes. Fails if a row of equal boxes is no deeper than

@@ -216,6 +216,7 @@ pub mod projection {
     /// Pass 4, sorted in each pixel: sort the lists and add them up.
     pub const COMPOSITE: &str = program!(
         "common/optics_model.wgsl",
+        "common/sums.wgsl",
         "projection/fragments.wgsl",
         "projection/composite.wgsl",
     );
@@ -282,6 +283,7 @@ pub mod raycast_peel {
         "raycast_peel/layers.wgsl",
         "raycast_peel/boundary.wgsl",
         "raycast_peel/crossings.wgsl",
+        "common/sums.wgsl",
         "raycast_peel/gather.wgsl",
         "raycast_peel/follow.wgsl",
         "raycast_peel/march.wgsl",
@@ -322,6 +324,7 @@ pub mod raycast_peel {
         "raycast_peel/layers.wgsl",
         "raycast_peel/boundary.wgsl",
         "raycast_peel/crossings.wgsl",
+        "common/sums.wgsl",
         "raycast_peel/gather.wgsl",
         "raycast_peel/follow.wgsl",
         "raycast_peel/march.wgsl",

@@ -116,6 +116,11 @@ mod tests {
             green: f32,
             blue: f32,
             optical_depth: f32,
+            red_aside: f32,
+            green_aside: f32,
+            blue_aside: f32,
+            depth_aside: f32,
+            added: u32,
         }
         assert_layout!(
             COMPOSITE,
@@ -129,7 +134,12 @@ mod tests {
                 red,
                 green,
                 blue,
-                optical_depth
+                optical_depth,
+                red_aside,
+                green_aside,
+                blue_aside,
+                depth_aside,
+                added
             }
         );
         assert_eq!(size_of::<State>() as u64, STATE_BYTES);

@@ -80,6 +80,7 @@ pub(crate) struct Progress {
 #[repr(C)]
 pub(crate) struct State {
     gathered: [f32; 4],
+    aside: [f32; 4],
     before: [f32; 4],
     near: [f32; 4],
     ids: [u32; 4],
@@ -149,6 +150,7 @@ mod tests {
             MARCH,
             State {
                 gathered,
+                aside,
                 before,
                 near,
                 ids,

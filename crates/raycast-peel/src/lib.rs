@@ -40,7 +40,7 @@
 //!   occlusion query and no retirement of rays; work groups are the tiles. Where a ray passes
 //!   more cells, or crosses the boundary more often, than a dispatch may (some ten
 //!   thousand cells, some hundred parts), the picture is drawn again in several dispatches, between
-//!   which 240 bytes of each ray are kept, for 2¹⁷ rays at a time, and in which lists of
+//!   which 256 bytes of each ray are kept, for 2¹⁷ rays at a time, and in which lists of
 //!   boundary faces are trees of depths. The next frames begin so.
 //! - The paper peels the boundary layer by layer with a bias of 0.1 on depths.
 //!   Here a ray finds all its boundary faces in its tile's list, or in layers that are in

@@ -9,7 +9,7 @@
 // this is drawn in turns of at most `PASSES`, with what is left kept in between.
 // In:   heads, fragments; states, but for the first turn.
 // Out:  light and opacity, premultiplied, right after the last turn; states, but for the last.
-// With: projection/fragments.wgsl, common/optics_model.wgsl
+// With: projection/fragments.wgsl, common/optics_model.wgsl, common/sums.wgsl
 
 // Passes of a turn, `passes::lists::PASSES`.
 const PASSES: u32 = 16384u;
@@ -27,6 +27,12 @@ struct State {
     green: f32,
     blue: f32,
     optical_depth: f32,
+    // Of these, what was put aside, and fragments that are added up.
+    red_aside: f32,
+    green_aside: f32,
+    blue_aside: f32,
+    depth_aside: f32,
+    added: u32,
 }
 
 // Of each pixel of the tile; one where there is one turn.
@@ -42,7 +48,7 @@ fn vs_composite(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 fn fs_composite(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let head = head_of(position);
     let own = min(head - FIRST_HEAD, arrayLength(&states) - 1u);
-    var s = State(0u, 0u, 0u, 0u, atomicLoad(&heads[head]), 0u, 0.0, 0.0, 0.0, 0.0);
+    var s = State(0u, 0u, 0u, 0u, atomicLoad(&heads[head]), 0u, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0u);
     if tile.turn > 0u {
         s = states[own];
     }
@@ -82,11 +88,22 @@ fn fs_composite(@builtin(position) position: vec4f) -> @location(0) vec4f {
         }
         // Of the last two runs, whose fragments come in their order.
         if (s.front | s.out) == 0u {
-            let left = transmittance(s.optical_depth);
+            let left = transmittance(s.depth_aside + s.optical_depth);
             s.red += left * f.red;
             s.green += left * f.green;
             s.blue += left * f.blue;
             s.optical_depth += f.optical_depth;
+            s.added += 1u;
+            let is_time = s.added % SUMMED == 0u;
+            let sum = sum_of(s);
+            s.red_aside = select(s.red_aside, sum.x, is_time);
+            s.green_aside = select(s.green_aside, sum.y, is_time);
+            s.blue_aside = select(s.blue_aside, sum.z, is_time);
+            s.depth_aside = select(s.depth_aside, sum.w, is_time);
+            s.red = select(s.red, 0.0, is_time);
+            s.green = select(s.green, 0.0, is_time);
+            s.blue = select(s.blue, 0.0, is_time);
+            s.optical_depth = select(s.optical_depth, 0.0, is_time);
             continue;
         }
         if s.tail == 0u {
@@ -111,7 +128,14 @@ fn fs_composite(@builtin(position) position: vec4f) -> @location(0) vec4f {
     } else if !done {
         atomicAdd(&heads[1], 1u);
     }
-    return vec4f(s.red, s.green, s.blue, opacity(s.optical_depth));
+    let sum = sum_of(s);
+    return vec4f(sum.xyz, opacity(sum.w));
+}
+
+// Light and optical depth.
+fn sum_of(s: State) -> vec4f {
+    return vec4f(s.red_aside, s.green_aside, s.blue_aside, s.depth_aside)
+        + vec4f(s.red, s.green, s.blue, s.optical_depth);
 }
 
 // 0 for what is none.

@@ -61,6 +61,7 @@ fn follow(path: ptr<function, Path>, shear: Shear, line: Line, ray: ptr<function
     let stop_depth = march.stop_depth;
     for (var n = 0u; n < most || rest.on_step; n += 1u) {
         if !rest.is_left {
+            put_aside(ray, p.visits);
             let at = texel(p.cell);
             var a = p.a;
             var b = p.b;
@@ -116,7 +117,7 @@ fn follow(path: ptr<function, Path>, shear: Shear, line: Line, ray: ptr<function
         }
         if !rest.is_left {
             // Before the boundary is looked at: in a path's last cell, too, a ray may be done.
-            if (*ray).depth > stop_depth {
+            if optical_depth_of(*ray) > stop_depth {
                 ended = STOPPED;
                 break;
             }

@@ -1,7 +1,7 @@
 // Gather: what a ray adds up, piece by piece.
 //
 // With: raycast_peel/shear.wgsl, preintegration/lookup.wgsl and what it needs, common/cue.wgsl,
-//       common/layer.wgsl, common/look.wgsl, common/surfaces.wgsl
+//       common/layer.wgsl, common/look.wgsl, common/surfaces.wgsl, common/sums.wgsl
 
 @group(0) @binding(5) var<uniform> look: Look;
 @group(0) @binding(6) var<storage, read> look_items: array<vec4f>;
@@ -46,6 +46,7 @@ override SCALARS_PER_CELL: bool = false;
 struct Gathered {
     light: vec3f,
     depth: f32, // optical; stays 0 where the model does not absorb
+    aside: vec4f, // both, of cells before
     surface_t: f32, // of the isosurface that it met
     // The interval of the transfer function in which the ray is: the scalar is
     // continuous along a path, so the next cell most likely begins in it.
@@ -54,7 +55,41 @@ struct Gathered {
 }
 
 fn nothing_gathered() -> Gathered {
-    return Gathered(vec3f(0.0), 0.0, FAR_AWAY, 0u, interval(0u));
+    return Gathered(vec3f(0.0), 0.0, vec4f(0.0), FAR_AWAY, 0u, interval(0u));
+}
+
+// Adds light and optical depth of what lies behind, as if nothing were before it.
+fn add(ray: ptr<function, Gathered>, behind: vec4f) {
+    if MODEL == MAXIMUM_INTENSITY {
+        (*ray).light = max((*ray).light, behind.xyz);
+        return;
+    }
+    var reaches = 1.0;
+    if MODEL == EMISSION_ABSORPTION {
+        reaches = transmittance(optical_depth_of(*ray));
+    }
+    (*ray).light += reaches * behind.xyz;
+    (*ray).depth += behind.w;
+}
+
+// Puts aside what was gathered, after every `SUMMED` cells of a path.
+fn put_aside(ray: ptr<function, Gathered>, visits: u32) {
+    if MODEL == MAXIMUM_INTENSITY || MODEL == ISOSURFACES {
+        return;
+    }
+    let is_time = visits % SUMMED == 0u;
+    (*ray).aside = select((*ray).aside, sum_of(*ray), is_time);
+    (*ray).light = select((*ray).light, vec3f(0.0), is_time);
+    (*ray).depth = select((*ray).depth, 0.0, is_time);
+}
+
+// Light and optical depth.
+fn sum_of(ray: Gathered) -> vec4f {
+    return ray.aside + vec4f(ray.light, ray.depth);
+}
+
+fn optical_depth_of(ray: Gathered) -> f32 {
+    return ray.aside.w + ray.depth;
 }
 
 // A ray, apart from its shear.
@@ -156,15 +191,11 @@ fn begin_piece(ray: ptr<function, Gathered>, piece: Piece, rest: ptr<function, R
     }
     let sum = segment(piece.front, piece.back, piece.length);
     switch MODEL {
-        case MAXIMUM_INTENSITY: {
-            (*ray).light = max((*ray).light, sum.xyz);
-        }
-        case EMISSION: {
-            (*ray).light += sum.xyz;
+        case MAXIMUM_INTENSITY, EMISSION: {
+            add(ray, vec4f(sum.xyz, 0.0));
         }
         default: {
-            (*ray).light += transmittance((*ray).depth) * sum.xyz;
-            (*ray).depth += segment_depth(sum);
+            add(ray, vec4f(sum.xyz, segment_depth(sum)));
         }
     }
 }
@@ -202,19 +233,15 @@ fn gather_interval(ray: ptr<function, Gathered>, piece: Piece, rest: ptr<functio
     }
     // A piece without length adds nothing, in MAXIMUM_INTENSITY neither.
     if !outside && share > 0.0 {
-        let before = vec4f((*ray).light, (*ray).depth);
-        var sum = before;
         if CUED {
             var at = vec2f(0.0, 1.0);
             if whole > 0.0 {
                 at = abs(vec2f(scalar, end_scalar) - front) / whole;
             }
-            sum = add_cued_piece(before, start, end, share, mix(piece.cue.xx, piece.cue.yy, at));
+            add(ray, add_cued_piece(vec4f(0.0), start, end, share, mix(piece.cue.xx, piece.cue.yy, at)));
         } else {
-            sum = add_piece(before, start, end, share);
+            add(ray, add_piece(vec4f(0.0), start, end, share));
         }
-        (*ray).light = sum.xyz;
-        (*ray).depth = sum.w;
     }
     if outside {
         up = scalar > here.high;
@@ -234,8 +261,9 @@ fn gather_interval(ray: ptr<function, Gathered>, piece: Piece, rest: ptr<functio
 
 // What a ray leaves for gather/resolve.wgsl.
 fn gathered(ray: Gathered) -> vec4f {
+    let sum = sum_of(ray);
     if MODEL == ABSORPTION {
-        return vec4f(ray.depth, 0.0, 0.0, 0.0);
+        return vec4f(sum.w, 0.0, 0.0, 0.0);
     }
-    return vec4f(ray.light, opacity(ray.depth));
+    return vec4f(sum.xyz, opacity(sum.w));
 }

@@ -252,7 +252,8 @@ fn trace(t: ptr<function, Trace>, pixel: vec2u, tile: u32, shear: Shear, line: L
                     (*t).phase = DONE;
                     break;
                 }
-                (*t).before = vec4f((*t).ray.light, (*t).ray.depth);
+                (*t).before = sum_of((*t).ray);
+                go_back(t);
                 (*t).path = path_from((*t).taken_face, i32(crossed.y), shear);
                 (*t).phase = IN_MESH;
             }
@@ -275,8 +276,7 @@ fn trace(t: ptr<function, Trace>, pixel: vec2u, tile: u32, shear: Shear, line: L
                 (*t).lost |= u32(way_out.y == 0.0);
                 if comes_before(way_out.x, face, (*t).taken_t, (*t).taken_face) {
                     // The path was followed from its other end, which the four above forgot.
-                    (*t).ray.light = (*t).before.xyz;
-                    (*t).ray.depth = (*t).before.w;
+                    go_back(t);
                 } else {
                     (*t).visits += (*t).path.visits;
                     (*t).exits = vec4u(face, (*t).exits.xyz);
@@ -288,6 +288,18 @@ fn trace(t: ptr<function, Trace>, pixel: vec2u, tile: u32, shear: Shear, line: L
         if (*t).phase == DONE {
             break;
         }
+    }
+}
+
+// What was gathered is what it was before the path.
+fn go_back(t: ptr<function, Trace>) {
+    (*t).ray.depth = 0.0;
+    // The greatest is no sum.
+    if MODEL == MAXIMUM_INTENSITY {
+        (*t).ray.light = (*t).before.xyz;
+    } else {
+        (*t).ray.aside = (*t).before;
+        (*t).ray.light = vec3f(0.0);
     }
 }
 

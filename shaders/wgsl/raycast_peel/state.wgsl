@@ -5,6 +5,7 @@
 
 struct State {
     gathered: vec4f, // light and optical depth
+    aside: vec4f,
     before: vec4f,
     near: vec4f,     // z and scalar, `seen`, t of the surface
     ids: vec4u,      // of the face's corners, and the cell
@@ -27,6 +28,7 @@ fn state_of(t: Trace) -> State {
     let marks = u32(p.turn > 0) | u32(p.rest.is_left) << 1u | u32(p.rest.on_step) << 2u;
     return State(
         vec4f(t.ray.light, t.ray.depth),
+        t.ray.aside,
         t.before,
         vec4f(p.near, p.seen, t.ray.surface_t),
         vec4u(p.a.id, p.b.id, p.c.id, p.cell),
@@ -62,7 +64,7 @@ fn restored(s: State, shear: Shear) -> Trace {
         rest,
     );
     let index = s.crossed.w;
-    let ray = Gathered(s.gathered.xyz, s.gathered.w, s.near.w, index, interval(index));
+    let ray = Gathered(s.gathered.xyz, s.gathered.w, s.aside, s.near.w, index, interval(index));
     let found = Crossings(
         s.t,
         s.face,

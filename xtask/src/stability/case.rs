@@ -113,6 +113,8 @@ pub struct Case {
     pub allowed: Option<(f64, &'static str)>,
     /// Whether an algorithm's pictures are alike, however far they are from the truth.
     pub is_invariant: bool,
+    /// Whether its pictures take minutes.
+    pub is_long: bool,
     /// Whether any way of sampling gives this picture, so that those that promise nothing are held to it.
     pub holds_for_all: bool,
     /// Whether what is known holds in its own optical model alone.
@@ -129,6 +131,7 @@ impl Case {
             expected: Expected::Truth,
             allowed: None,
             is_invariant: false,
+            is_long: false,
             holds_for_all: false,
             is_of_one_model: false,
         }
@@ -156,6 +159,7 @@ impl Case {
             expected: Expected::Same,
             allowed: None,
             is_invariant: false,
+            is_long: false,
             holds_for_all: false,
             is_of_one_model: false,
         }
@@ -180,6 +184,7 @@ impl Case {
     pub(super) fn for_each(self) -> Case {
         Case {
             is_invariant: true,
+            is_long: false,
             ..self
         }
     }

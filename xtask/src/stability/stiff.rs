@@ -27,12 +27,18 @@ pub(super) fn cases() -> Vec<Case> {
     cases
 }
 
-/// 2²⁰ cells on each ray, whose lengths add up: three of the six of each cube in a row.
-///
-/// The ground truth does not draw this yet within [`super::HANGS`]: on a row of equal boxes the builder of its
-/// tree joins few of them in each of its passes.
+/// 2²⁰ cells on each ray.
 pub(super) fn long_row() -> Case {
-    let cubes = (1_usize << 20).div_ceil(3);
+    Case {
+        is_long: true,
+        ..row("2²⁰ cells on each ray", 1 << 20, 4)
+    }
+}
+
+/// So many cells on each ray, or one or two more, whose lengths add up: three of the six of each cube in a row.
+/// Light has one color, behind an optical depth of 1.6; the picture has `side`² pixels.
+pub fn row(name: &str, cells: usize, side: u32) -> Case {
+    let cubes = cells.div_ceil(3);
     let at = |i: usize| 2.0 * i as f64 / cubes as f64 - 1.0;
     let corner = |i: usize| {
         [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(|[y, z]| DVec3::new(at(i), y, z))
@@ -45,9 +51,9 @@ pub(super) fn long_row() -> Case {
     let pieces = Pieces::with_field(points, cells.collect(), along_x);
     let appearance = look(vec![knot(0.0, ORANGE, 0.2), knot(1.0, ORANGE, 1.4)]);
     let mut view = down_x();
-    (view.width, view.height) = (4, 4);
+    (view.width, view.height) = (side, side);
     let shot = Shot::new(pieces.volume(), appearance, view);
-    Case::known(Group::Stiff, "2²⁰ cells on each ray", shot, |_| {
+    Case::known(Group::Stiff, name, shot, |_| {
         one_color(ORANGE, 0.8 * LENGTH)
     })
 }

@@ -12,5 +12,6 @@ mod random_scenes;
 mod real_data;
 mod refusals;
 mod resampled;
+mod row;
 mod stability;
 mod voxelized;

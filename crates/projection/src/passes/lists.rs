@@ -27,7 +27,7 @@ const UNTOUCHED: wgpu::ColorTargetState = wgpu::ColorTargetState {
 pub(crate) const FRAGMENT_BYTES: u64 = 28;
 
 /// Bytes of a `State` in `composite.wgsl`.
-pub(crate) const STATE_BYTES: u64 = 40;
+pub(crate) const STATE_BYTES: u64 = 60;
 
 /// Passes of the loop in one turn, as in `composite.wgsl`: a quarter of what llvmpipe makes
 /// before it ends a loop, and some 10 ms of reading one number after the other elsewhere.
