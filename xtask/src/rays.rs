@@ -4,6 +4,10 @@
 //! The packages' own tests cast them, as those see the walk from inside; this runs them in a release build
 //! for as long as it takes. What was cast is kept in `target/rays`: interrupted and called again, it goes
 //! on where it was. After a change of the code, begin with `--fresh`.
+//!
+//! Recorded on 2026-11-30: 1 006 632 960 rays on the CPU and, on llvmpipe of Mesa 22.3.6, 104 857 600 in the shader, none
+//! lost and none unpaired. The first attempt found two on the CPU after 21 million: a face whose corners a ray
+//! saw at one point counted as crossed.
 
 use std::path::Path;
 use std::sync::atomic::AtomicUsize;
