@@ -10,6 +10,8 @@
 //! |---|---|
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
 //! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; see [`vtu`] |
+//! | `.pvtu` | the pieces that it lists as one mesh, without ghosts; see [`vtu`] |
+//! | `.vtm` | VTK XML blocks, nested or not: the meshes among them as one; see [`vtu`] |
 //! | `.vti` | VTK XML images, as `.vtu`; cell data, `Direction`, pieces, hidden points and cells; see [`vtu`] |
 //! | `.vtk` | legacy VTK unstructured and structured grids, structured points; see [`vtk`] |
 //! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or in slices; frames; see [`grid`] |
@@ -42,9 +44,9 @@
 //! | anything, with what [`MeshData`] and [`GridData`] make of it | 200 MB + 60 n, and what is packed |
 //! | points and cells of a packed mesh | 32 MB + 32 n: points that no cell uses are left out beyond that, and cells that are more repeat each other and are refused |
 //! | samples of a packed grid, in the type in which they are stored | 1 GiB + 64 n, and 1032 n: deflate makes no more of a byte. What is more is refused. Five times that for a moment where samples become floats |
-//! | a scene, a collection, a header of a grid | 1 MiB, 4 MiB, 1 MiB: what is longer is none |
+//! | a scene, a collection or list of files, a header of a grid | 1 MiB, 4 MiB, 1 MiB: what is longer is none |
 //!
-//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`) names each once, and in its own
+//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.vtm`) names each once, and in its own
 //! folder or below: `..` and absolute names are refused. Arrays of a VTK file may not
 //! all lie at one place. Tests and `cargo xtask fuzz` hold the readers to this.
 //!

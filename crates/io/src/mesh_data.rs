@@ -275,6 +275,20 @@ impl MeshData {
         marked(self.points.len(), corners.map(|&point| point as usize))
     }
 
+    /// How many corners of volume cells lie exactly where another does. [`TetMesh`] takes them
+    /// for one, so that the cells there are neighbors.
+    pub(crate) fn coincident_points(&self) -> usize {
+        let used = self.volume_corners();
+        let mut corners: Vec<usize> = (0..self.points.len()).filter(|&p| used[p]).collect();
+        // Adding 0 turns −0 into +0, which is at the same place.
+        let place = |point: &usize| self.points[*point].to_array().map(|x| (x + 0.0).to_bits());
+        corners.par_sort_unstable_by_key(place);
+        let pairs = corners.par_windows(2);
+        pairs
+            .filter(|pair| place(&pair[0]) == place(&pair[1]))
+            .count()
+    }
+
     /// Leaves out duplicate and hidden cells and those with a hidden point
     /// (vtkDataSetAttributes: DUPLICATECELL 1, HIDDENCELL 32, HIDDENPOINT 2).
     /// Each array of `ghosts` has one value a point or a cell.

@@ -45,13 +45,13 @@ pub enum FileData {
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
 const NOT_READ: [(&[&str], &str); 10] = [
     (
-        &["pvtu", "pvti", "vtm", "vtmb"],
-        "a VTK file that lists other files; give one of its .vtu or .vti pieces",
+        &["pvti", "pvts", "pvtr"],
+        "a VTK file that lists other files; give one of these",
     ),
     (
         &["pvd", "series"],
@@ -222,7 +222,8 @@ impl Format {
             return Ok(Format::VtkLegacy);
         }
         let utf16 = [b"\xff\xfe", b"\xfe\xff", b"<\0", b"\0<"];
-        if matches!(extension, "vtu" | "vti") && utf16.iter().any(|mark| head.starts_with(*mark)) {
+        let is_xml = matches!(extension, "vtu" | "vti" | "pvtu" | "vtm" | "vtmb");
+        if is_xml && utf16.iter().any(|mark| head.starts_with(*mark)) {
             return refuse("this is text in UTF-16; save it as UTF-8");
         }
         if head.trim_ascii_start().starts_with(b"<") {
@@ -259,7 +260,7 @@ impl Format {
         if plot3d::has_extension(extension) {
             return Ok(Format::Plot3d);
         }
-        if matches!(extension, "vtu" | "vti") {
+        if is_xml {
             return refuse(&format!(
                 "the file does not begin with an XML element as a .{extension} file does"
             ));

@@ -23,7 +23,8 @@ fn unknown_files_are_refused_with_the_formats_that_are_read() {
         ),
         ("a.msh", b"hello", "Gmsh"),
         ("a.case", b"FORMAT", "EnSight"),
-        ("a.pvtu", b"pieces", "give one of its .vtu or .vti pieces"),
+        ("a.pvti", b"pieces", "a VTK file that lists other files"),
+        ("a.pvtu", b"pieces", "as a .pvtu file does"),
         ("a.vtu", b"no xml", "does not begin with an XML element"),
         ("a.vtk", b"no vtk", "# vtk DataFile"),
         ("a.html", b"<html></html>", "no <VTKFile> element"),
@@ -263,7 +264,7 @@ fn pieces_are_joined() {
     assert_eq!(
         data.notes,
         [
-            "2 pieces joined",
+            "2 pieces joined: 4 points lie exactly where others are, and neighbors share faces there",
             "array 'more' left out: piece 1 of 2 has no such array of 1 component"
         ]
     );
