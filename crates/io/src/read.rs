@@ -45,7 +45,7 @@ pub enum FileData {
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .vtr) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
 const NOT_READ: [(&[&str], &str); 10] = [
@@ -57,10 +57,7 @@ const NOT_READ: [(&[&str], &str); 10] = [
         &["pvd", "series"],
         "a list of the files of a series; give one of these files, or draw it as a series",
     ),
-    (
-        &["vts", "vtr", "vtp"],
-        "a VTK XML file of another kind; save it as an unstructured grid (.vtu)",
-    ),
+    (&["vtp"], "a VTK XML file of surfaces, which have no volume"),
     (
         &["raw", "dat", "img"],
         "a file of samples alone; say what is in it with `dims` and `type`",
@@ -222,7 +219,10 @@ impl Format {
             return Ok(Format::VtkLegacy);
         }
         let utf16 = [b"\xff\xfe", b"\xfe\xff", b"<\0", b"\0<"];
-        let is_xml = matches!(extension, "vtu" | "vti" | "pvtu" | "vtm" | "vtmb");
+        let is_xml = matches!(
+            extension,
+            "vtu" | "vti" | "vts" | "vtr" | "pvtu" | "vtm" | "vtmb"
+        );
         if is_xml && utf16.iter().any(|mark| head.starts_with(*mark)) {
             return refuse("this is text in UTF-16; save it as UTF-8");
         }

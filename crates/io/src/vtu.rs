@@ -1,5 +1,5 @@
-//! VTK XML unstructured grids, `.vtu`, images, `.vti`, and lists of such files, `.pvtu` and
-//! `.vtm`.
+//! VTK XML unstructured, structured and rectilinear grids, `.vtu`, `.vts` and `.vtr`, images,
+//! `.vti`, and lists of such files, `.pvtu` and `.vtm`.
 //!
 //! *VTK XML Formats*, the VTK documentation. Read are all four encodings
 //! (appended raw, which ParaView writes by default, appended base64, inline
@@ -13,6 +13,11 @@
 //! A vector field is its magnitude and its components, which have the file's names
 //! (`ComponentName0`…) or numbers: `Velocity-magnitude`, `Velocity-0`, `stress-XY`.
 //! Fields are decoded when they are asked for.
+//!
+//! A structured grid is a mesh of hexahedra. So is a rectilinear one, unless its coordinates
+//! are evenly spaced to the rounding of their numbers, or to a ten-thousandth of a step: then
+//! it is read as an image. Pieces cover the whole extent; they share their points as other
+//! pieces do.
 //!
 //! The pieces that a `.pvtu` file lists become one mesh, as the pieces of one file do, with
 //! the fields that all of them have. So do the meshes among the blocks of a `.vtm` file,
@@ -31,6 +36,7 @@ mod encoding;
 mod image;
 mod listed;
 mod stored;
+pub(crate) mod structured;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -53,16 +59,17 @@ use crate::grid::number::Number;
 use crate::read::{FileData, check};
 use crate::source::{Source, count, reserve, room};
 
-/// Reads a `.vtu` or `.vti` file, or the files that a `.pvtu` or `.vtm` file names.
+/// Reads a `.vtu`, `.vts`, `.vtr` or `.vti` file, or the files that a `.pvtu` or `.vtm` file names.
 pub(crate) fn read(source: Source) -> Result<FileData, Error> {
     let source = Arc::new(to_utf8(source)?);
     if let Some(kind) = listed::Kind::of(&source) {
         return listed::read(source, kind).map(FileData::Mesh);
     }
     let document = Document::parse(&source)?;
-    match &document.image {
-        Some(image) => image::read(&source, &document, image).map(FileData::Grid),
-        None => {
+    match (&document.image, &document.structure) {
+        (Some(image), _) => image::read(&source, &document, image).map(FileData::Grid),
+        (_, Some(structure)) => structured::read(&source, &document, structure),
+        _ => {
             let file = Opened::new(&source, &document, None);
             read_mesh(&source, &[file], Fields::Common).map(FileData::Mesh)
         }
@@ -181,6 +188,12 @@ fn pieces<'a>(file: &'a Opened<'a>) -> impl Iterator<Item = Part<'a>> {
     pieces.map(move |piece| Part { file, piece })
 }
 
+/// The most bytes that points and cells of rectilinear grids may take, which files only imply:
+/// as many as samples of packed grids.
+pub(crate) fn most_implied(file_bytes: u64) -> u64 {
+    (1 << 30) + 64 * file_bytes
+}
+
 /// The most bytes that points and cells may take in memory.
 ///
 /// Cells that differ do not compress well: an index that changes takes a byte and more of
@@ -192,19 +205,29 @@ struct Budget<'a> {
     source: &'a Source,
     /// Of all files.
     file_bytes: u64,
+    /// Whether some points and cells are only implied.
+    implied: bool,
 }
 
 impl<'a> Budget<'a> {
     fn of(source: &'a Source, files: &[Opened]) -> Budget<'a> {
         let bytes = files.iter().map(|file| file.source.bytes.len() as u64);
+        let is_rectilinear = |file: &Opened| {
+            let structure = file.document.structure;
+            structure.is_some_and(|structure| structure.rectilinear)
+        };
         Budget {
             source,
             file_bytes: bytes.sum(),
+            implied: files.iter().any(is_rectilinear),
         }
     }
 
     fn bytes(&self) -> u64 {
-        (32 << 20) + 32 * self.file_bytes
+        match self.implied {
+            true => most_implied(self.file_bytes),
+            false => (32 << 20) + 32 * self.file_bytes,
+        }
     }
 
     /// There are more of something than there can be.
@@ -288,6 +311,14 @@ fn append_cells(
         let cells = count(cells, "cell");
         Err(budget.error("<Cells>", &format!("{cells} with {indices} points")))
     };
+    if file.document.structure.is_some() {
+        let indices = piece.cells.saturating_mul(8);
+        check_budget(
+            (cells.types.len() as u64).saturating_add(piece.cells),
+            (cells.connectivity.len() as u64).saturating_add(indices),
+        )?;
+        return structured::append_cells(piece, first, cells);
+    }
     let named = |name: &str| -> Result<&ArrayElement, Error> {
         piece
             .topology
@@ -397,18 +428,8 @@ fn read_points(parts: &[Part], kept: Option<&[u64]>, data: &mut MeshData) -> Res
         let Opened {
             source, decoder, ..
         } = file;
-        let coordinates = piece
-            .coordinates
-            .first()
-            .ok_or_else(|| source.error("<Points>", "the piece has no points"))?;
-        if coordinates.components != 3 {
-            return Err(source.error(
-                "<Points>",
-                format!("points have {} components, not 3", coordinates.components),
-            ));
-        }
         let points = &mut data.points;
-        decoder.each_float(coordinates, piece.points, &mut |value| {
+        let mut add = |value| {
             point[filled] = value;
             filled += 1;
             if filled < 3 {
@@ -422,7 +443,23 @@ fn read_points(parts: &[Part], kept: Option<&[u64]>, data: &mut MeshData) -> Res
                 points.push(DVec3::from_array(point));
             }
             number += 1;
-        })?;
+        };
+        let structure = file.document.structure;
+        if structure.is_some_and(|structure| structure.rectilinear) {
+            structured::each_coordinate(source, decoder, piece, &mut add)?;
+            continue;
+        }
+        let coordinates = piece
+            .coordinates
+            .first()
+            .ok_or_else(|| source.error("<Points>", "the piece has no points"))?;
+        if coordinates.components != 3 {
+            return Err(source.error(
+                "<Points>",
+                format!("points have {} components, not 3", coordinates.components),
+            ));
+        }
+        decoder.each_float(coordinates, piece.points, &mut add)?;
     }
     Ok(())
 }

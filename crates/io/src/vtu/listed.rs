@@ -125,7 +125,8 @@ fn other_kind(path: &Path) -> Result<Option<String>, Error> {
         bytes: read_at(path, 0, 4096)?,
     };
     let kind = file_type(&head);
-    Ok(kind.filter(|kind| kind != "UnstructuredGrid"))
+    let meshes = ["UnstructuredGrid", "StructuredGrid", "RectilinearGrid"];
+    Ok(kind.filter(|kind| !meshes.contains(&kind.as_str())))
 }
 
 /// The files that are listed, in their order; each is there.
