@@ -9,7 +9,7 @@
 //! | format | what is read |
 //! |---|---|
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
-//! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; see [`vtu`] |
+//! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; polyhedra; see [`vtu`] |
 //! | `.vts`, `.vtr` | VTK XML structured and rectilinear grids, as `.vtu`; pieces by extent, blanking; evenly spaced `.vtr` as images; see [`vtu`] |
 //! | `.pvtu` | the pieces that it lists as one mesh, without ghosts; see [`vtu`] |
 //! | `.vtm` | VTK XML blocks, nested or not: the meshes among them as one; see [`vtu`] |
@@ -86,6 +86,7 @@ pub mod grid;
 pub mod image;
 mod mesh_data;
 pub mod plot3d;
+mod polyhedra;
 mod read;
 mod source;
 pub mod vti;

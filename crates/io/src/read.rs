@@ -9,6 +9,7 @@ use tetrascope_core::mesh::Association;
 
 use crate::fields::Array;
 use crate::grid::{GridData, RawLayout, meta_image, nifti, nrrd, raw};
+use crate::polyhedra::POLYHEDRON;
 use crate::source::{Source, open_file};
 use crate::{MeshData, plot3d, vtk, vtu};
 
@@ -294,13 +295,17 @@ pub(crate) fn check(path: &Path, data: &MeshData, arrays: &[Array]) -> Result<()
     let cells = &data.cells;
     let point_count = data.points.len();
     let cell_count = cells.types.len();
-    let polyhedra = cells.types.iter().filter(|&&kind| kind == 42).count();
-    if polyhedra > 0 {
+    let is_polyhedron = |kind: &&u8| **kind == POLYHEDRON;
+    let polyhedra = cells.types.iter().filter(is_polyhedron).count();
+    let with_faces = data.polyhedra.as_ref();
+    if polyhedra > with_faces.map_or(0, |polyhedra| polyhedra.count()) {
         return Err(Error::Format {
             path: path.to_owned(),
             at: "the cells".into(),
-            what: format!("the mesh has {polyhedra} polyhedra (VTK type 42), which are not read"),
-            help: Some("cut them first, for example with ParaView's Tetrahedralize filter".into()),
+            what: format!(
+                "the mesh has {polyhedra} polyhedra (VTK type 42), which are read from .vtu files alone"
+            ),
+            help: Some("save the mesh as .vtu".into()),
         });
     }
     if cell_count == 0 {

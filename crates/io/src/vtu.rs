@@ -14,6 +14,11 @@
 //! (`ComponentName0`…) or numbers: `Velocity-magnitude`, `Velocity-0`, `stress-XY`.
 //! Fields are decoded when they are asked for.
 //!
+//! Polyhedra are read in both layouts, a list of faces for each cell and, since VTK 9.4, faces
+//! by number, and become tetrahedra. Each gets a point at the mean of its corners, where fields
+//! have the mean of the corners' values; notes count the cells, and those that overlap because
+//! they are not star-shaped about that point.
+//!
 //! A structured grid is a mesh of hexahedra. So is a rectilinear one, unless its coordinates
 //! are evenly spaced to the rounding of their numbers, or to a ten-thousandth of a step: then
 //! it is read as an image. Pieces cover the whole extent; they share their points as other
@@ -33,6 +38,7 @@ mod blocks;
 mod decode;
 mod document;
 mod encoding;
+mod faces;
 mod image;
 mod listed;
 mod stored;
@@ -42,9 +48,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::DVec3;
+use tetrascope_core::Error;
 use tetrascope_core::glam;
 use tetrascope_core::mesh::{Association, volume_corners};
-use tetrascope_core::{Cells, Error};
 
 pub(crate) use self::document::{attributes, line};
 pub(crate) use self::encoding::to_utf8;
@@ -56,6 +62,7 @@ use crate::MeshData;
 use crate::fields::{Array, GHOSTS, Numbers, take_ghosts};
 use crate::grid::GridData;
 use crate::grid::number::Number;
+use crate::polyhedra::POLYHEDRON;
 use crate::read::{FileData, check};
 use crate::source::{Source, count, reserve, room};
 
@@ -165,6 +172,9 @@ fn read_mesh(source: &Source, files: &[Opened], fields: Fields) -> Result<MeshDa
     check(&source.path, &data, &arrays)?;
     let ghosts = take_ghosts(&mut arrays);
     data.remove_ghosts(source, &ghosts)?;
+    if let Some(polyhedra) = data.polyhedra.take() {
+        polyhedra.split(&source.path, &mut data, budget.bytes())?;
+    }
     if parts.len() > 1 {
         let pieces = count(parts.len() as u64, "piece");
         let note = match data.coincident_points() {
@@ -230,6 +240,18 @@ impl<'a> Budget<'a> {
         }
     }
 
+    /// Whether so many cells with so many indices are within it.
+    fn check(&self, cells: u64, indices: u64) -> Result<(), Error> {
+        let bytes = cells
+            .saturating_mul(9)
+            .saturating_add(indices.saturating_mul(8));
+        if bytes <= self.bytes() {
+            return Ok(());
+        }
+        let cells = count(cells, "cell");
+        Err(self.error("<Cells>", &format!("{cells} with {indices} points")))
+    }
+
     /// There are more of something than there can be.
     fn error(&self, at: &str, many: &str) -> Error {
         self.source.error_with_help(
@@ -242,9 +264,6 @@ impl<'a> Budget<'a> {
         )
     }
 }
-
-/// VTK's type of a cell with any faces.
-const POLYHEDRON: u8 = 42;
 
 /// Reads the cells of all parts; returns how many points these have. Where all fields are
 /// read, parts without volume are left out.
@@ -259,10 +278,11 @@ fn read_cells(
     let mut flat = Vec::new();
     for (i, part) in parts.iter().enumerate() {
         let cells = data.cells.types.len();
-        append_cells(budget, part, points, &mut data.cells)?;
+        append_cells(budget, part, points, data)?;
         let is_flat = data.cells.types[cells..]
             .iter()
             .all(|kind| volume_corners(*kind).is_none() && *kind != POLYHEDRON);
+        // Polyhedra are volumes, so that none is counted here.
         if fields == Fields::All && is_flat {
             data.cells.types.truncate(cells);
             data.cells.offsets.truncate(cells + 1);
@@ -296,21 +316,13 @@ fn append_cells(
     budget: &Budget,
     &Part { file, piece }: &Part,
     first: u64,
-    cells: &mut Cells,
+    data: &mut MeshData,
 ) -> Result<(), Error> {
+    let cells = &mut data.cells;
     let Opened {
         source, decoder, ..
     } = file;
-    let check_budget = |cells: u64, indices: u64| {
-        let bytes = cells
-            .saturating_mul(9)
-            .saturating_add(indices.saturating_mul(8));
-        if bytes <= budget.bytes() {
-            return Ok(());
-        }
-        let cells = count(cells, "cell");
-        Err(budget.error("<Cells>", &format!("{cells} with {indices} points")))
-    };
+    let check_budget = |cells, indices| budget.check(cells, indices);
     if file.document.structure.is_some() {
         let indices = piece.cells.saturating_mul(8);
         check_budget(
@@ -332,10 +344,10 @@ fn append_cells(
         cells.connectivity.len() as u64,
     );
     check_budget(all_cells, all_indices)?;
-    let start = cells.types.len();
+    let first_cell = cells.types.len();
     decoder.each_indices(named("types")?, piece.cells, &mut |kinds| {
         for &kind in kinds {
-            let cell = cells.types.len() - start;
+            let cell = cells.types.len() - first_cell;
             let kind = u8::try_from(kind).map_err(|_| {
                 source.error(
                     "array 'types'",
@@ -383,7 +395,10 @@ fn append_cells(
         cells.connectivity.extend(joined);
         Ok(())
     })?;
-    Ok(())
+    match cells.types[first_cell..].contains(&POLYHEDRON) {
+        true => faces::read(budget, file, piece, (first, first_cell), data),
+        false => Ok(()),
+    }
 }
 
 /// If all points would take more memory than there is reason for, those that cells use, in

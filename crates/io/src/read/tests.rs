@@ -176,11 +176,6 @@ fn every_linear_cell_is_read() {
 
 #[test]
 fn what_is_not_read_is_said() {
-    let polyhedron = fixture("polyhedron.vtu").expect_err("not read").to_string();
-    assert!(
-        polyhedron.contains("1 polyhedra (VTK type 42), which are not read"),
-        "{polyhedron}"
-    );
     let lzma = fixture("lzma.vtu").expect_err("not read");
     let words = "compression with vtkLZMADataCompressor is not read";
     assert!(lzma.to_string().contains(words), "{lzma}");
