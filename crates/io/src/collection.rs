@@ -179,10 +179,10 @@ fn steps(path: &Path, entries: Vec<Entry>) -> Result<Vec<Step>, Error> {
     Ok(steps)
 }
 
-/// Whether a file of this name lists others.
+/// Whether a file of this name lists others and is not read as a mesh of its own.
 fn lists_files(name: &str) -> bool {
     let extension = crate::image::extension(Path::new(name));
-    let known = ["pvd", "series", "pvtu", "pvti", "vtm", "vtmb"];
+    let known = ["pvd", "series", "pvti"];
     known.contains(&extension.as_str())
 }
 

@@ -12,6 +12,9 @@ const GHOST_TYPE: &str = "vtkGhostType";
 /// Its predecessor: 0 for a cell of one's own.
 pub(crate) const GHOST_LEVELS: &str = "vtkGhostLevels";
 
+/// Both.
+pub(crate) const GHOSTS: [&str; 2] = [GHOST_TYPE, GHOST_LEVELS];
+
 /// More would be a table, not a field.
 pub(crate) const MOST_COMPONENTS: usize = 64;
 
@@ -106,8 +109,7 @@ impl Array {
 
 /// Takes out the arrays that mark ghosts.
 pub(crate) fn take_ghosts(arrays: &mut Vec<Array>) -> Vec<Array> {
-    let is_ghost =
-        |a: &mut Array| a.components == 1 && [GHOST_TYPE, GHOST_LEVELS].contains(&a.name.as_str());
+    let is_ghost = |a: &mut Array| a.components == 1 && GHOSTS.contains(&a.name.as_str());
     arrays.extract_if(.., is_ghost).collect()
 }
 

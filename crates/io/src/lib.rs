@@ -9,9 +9,12 @@
 //! | format | what is read |
 //! |---|---|
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
-//! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; see [`vtu`] |
+//! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; polyhedra; see [`vtu`] |
+//! | `.vts`, `.vtr` | VTK XML structured and rectilinear grids, as `.vtu`; pieces by extent, blanking; evenly spaced `.vtr` as images; see [`vtu`] |
+//! | `.pvtu` | the pieces that it lists as one mesh, without ghosts; see [`vtu`] |
+//! | `.vtm` | VTK XML blocks, nested or not: the meshes among them as one; see [`vtu`] |
 //! | `.vti` | VTK XML images, as `.vtu`; cell data, `Direction`, pieces, hidden points and cells; see [`vtu`] |
-//! | `.vtk` | legacy VTK unstructured and structured grids, structured points; see [`vtk`] |
+//! | `.vtk` | legacy VTK unstructured, structured and rectilinear grids, structured points; see [`vtk`] |
 //! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or in slices; frames; see [`grid`] |
 //! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; `kinds`, `space`; see [`grid`] |
 //! | `.nii`, `.nii.gz` | NIfTI-1 with all of its volumes; see [`grid`] |
@@ -41,10 +44,11 @@
 //! |---|---|
 //! | anything, with what [`MeshData`] and [`GridData`] make of it | 200 MB + 60 n, and what is packed |
 //! | points and cells of a packed mesh | 32 MB + 32 n: points that no cell uses are left out beyond that, and cells that are more repeat each other and are refused |
+//! | points and cells of a rectilinear grid, which three axes stand for | 1 GiB + 64 n |
 //! | samples of a packed grid, in the type in which they are stored | 1 GiB + 64 n, and 1032 n: deflate makes no more of a byte. What is more is refused. Five times that for a moment where samples become floats |
-//! | a scene, a collection, a header of a grid | 1 MiB, 4 MiB, 1 MiB: what is longer is none |
+//! | a scene, a collection or list of files, a header of a grid | 1 MiB, 4 MiB, 1 MiB: what is longer is none |
 //!
-//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`) names each once, and in its own
+//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.vtm`) names each once, and in its own
 //! folder or below: `..` and absolute names are refused. Arrays of a VTK file may not
 //! all lie at one place. Tests and `cargo xtask fuzz` hold the readers to this.
 //!
@@ -82,6 +86,7 @@ pub mod grid;
 pub mod image;
 mod mesh_data;
 pub mod plot3d;
+mod polyhedra;
 mod read;
 mod source;
 pub mod vti;

@@ -12,6 +12,7 @@ use tetrascope_core::{Cells, Error, Scalars, TetMesh};
 use crate::fields::{
     Array, Choice, GHOST_LEVELS, MOST_COMPONENTS, Part, association_name, choose, is_wide,
 };
+use crate::polyhedra::{Added, Polyhedra};
 use crate::source::{Source, count, reserve, room};
 
 /// An unstructured mesh as a file holds it, with all its fields.
@@ -33,6 +34,10 @@ pub struct MeshData {
     pub(crate) arrays: Vec<Array>,
     /// Whether each of the file's cells is among `cells`; empty if all are.
     pub(crate) kept_cells: Vec<bool>,
+    /// The faces of polyhedra, until these are cut.
+    pub(crate) polyhedra: Option<Box<Polyhedra>>,
+    /// What was made of polyhedra: `points` and `cells` have it, the arrays do not.
+    pub(crate) added: Option<Box<Added>>,
     /// Arrays that cannot be drawn, by name, and why.
     pub(crate) left_out: Vec<(String, String)>,
 }
@@ -136,9 +141,11 @@ impl MeshData {
             part,
             ..
         } = &self.fields[field];
-        let needed = match association {
-            Association::Point => self.points.len(),
-            Association::Cell => self.cells.types.len(),
+        let needed = match (association, &self.added) {
+            (Association::Point, None) => self.points.len(),
+            (Association::Point, Some(added)) => self.points.len() - added.points(),
+            (Association::Cell, None) => self.cells.types.len(),
+            (Association::Cell, Some(added)) => added.copies.len(),
         };
         let mut values = room(needed)?;
         self.each_tuple(&self.arrays[*array], |tuple| {
@@ -147,6 +154,11 @@ impl MeshData {
                 values.push(part.of(tuple));
             }
         })?;
+        match (association, &self.added) {
+            (_, None) => {}
+            (Association::Point, Some(added)) => added.extend_points(&mut values)?,
+            (Association::Cell, Some(added)) => values = added.spread_cells(&values)?,
+        }
         Ok(Scalars {
             name: name.clone(),
             association: *association,
@@ -184,8 +196,18 @@ impl MeshData {
     /// Those of the file, where arrays are read only now.
     pub(crate) fn add_fields(&mut self, mut arrays: Vec<Array>) -> Result<(), Error> {
         arrays.sort_by_key(Array::rank); // stable
-        let cells = self.cells.types.iter();
-        let is_volume: Vec<bool> = cells.map(|&t| volume_corners(t).is_some()).collect();
+        let mut cells = self.cells.types.iter();
+        let is_volume: Vec<bool> = match &self.added {
+            None => cells.map(|&t| volume_corners(t).is_some()).collect(),
+            // The first piece of a polyhedron is a volume as all are.
+            Some(added) => {
+                let first = |&n: &u32| cells.nth((n as usize).saturating_sub(1));
+                let kinds = added.copies.iter().map(first);
+                kinds
+                    .map(|kind| kind.is_some_and(|&t| volume_corners(t).is_some()))
+                    .collect()
+            }
+        };
         let corners = self.volume_corners();
         for array in arrays {
             let parts = array.parts();
@@ -273,6 +295,20 @@ impl MeshData {
         let cells = types.par_iter().zip(offsets.par_windows(2));
         let corners = cells.flat_map_iter(corners);
         marked(self.points.len(), corners.map(|&point| point as usize))
+    }
+
+    /// How many corners of volume cells lie exactly where another does. [`TetMesh`] takes them
+    /// for one, so that the cells there are neighbors.
+    pub(crate) fn coincident_points(&self) -> usize {
+        let used = self.volume_corners();
+        let mut corners: Vec<usize> = (0..self.points.len()).filter(|&p| used[p]).collect();
+        // Adding 0 turns −0 into +0, which is at the same place.
+        let place = |point: &usize| self.points[*point].to_array().map(|x| (x + 0.0).to_bits());
+        corners.par_sort_unstable_by_key(place);
+        let pairs = corners.par_windows(2);
+        pairs
+            .filter(|pair| place(&pair[0]) == place(&pair[1]))
+            .count()
     }
 
     /// Leaves out duplicate and hidden cells and those with a hidden point

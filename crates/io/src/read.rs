@@ -9,6 +9,7 @@ use tetrascope_core::mesh::Association;
 
 use crate::fields::Array;
 use crate::grid::{GridData, RawLayout, meta_image, nifti, nrrd, raw};
+use crate::polyhedra::POLYHEDRON;
 use crate::source::{Source, open_file};
 use crate::{MeshData, plot3d, vtk, vtu};
 
@@ -45,22 +46,19 @@ pub enum FileData {
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .vtr) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
 const NOT_READ: [(&[&str], &str); 10] = [
     (
-        &["pvtu", "pvti", "vtm", "vtmb"],
-        "a VTK file that lists other files; give one of its .vtu or .vti pieces",
+        &["pvti", "pvts", "pvtr"],
+        "a VTK file that lists other files; give one of these",
     ),
     (
         &["pvd", "series"],
         "a list of the files of a series; give one of these files, or draw it as a series",
     ),
-    (
-        &["vts", "vtr", "vtp"],
-        "a VTK XML file of another kind; save it as an unstructured grid (.vtu)",
-    ),
+    (&["vtp"], "a VTK XML file of surfaces, which have no volume"),
     (
         &["raw", "dat", "img"],
         "a file of samples alone; say what is in it with `dims` and `type`",
@@ -222,7 +220,11 @@ impl Format {
             return Ok(Format::VtkLegacy);
         }
         let utf16 = [b"\xff\xfe", b"\xfe\xff", b"<\0", b"\0<"];
-        if matches!(extension, "vtu" | "vti") && utf16.iter().any(|mark| head.starts_with(*mark)) {
+        let is_xml = matches!(
+            extension,
+            "vtu" | "vti" | "vts" | "vtr" | "pvtu" | "vtm" | "vtmb"
+        );
+        if is_xml && utf16.iter().any(|mark| head.starts_with(*mark)) {
             return refuse("this is text in UTF-16; save it as UTF-8");
         }
         if head.trim_ascii_start().starts_with(b"<") {
@@ -259,7 +261,7 @@ impl Format {
         if plot3d::has_extension(extension) {
             return Ok(Format::Plot3d);
         }
-        if matches!(extension, "vtu" | "vti") {
+        if is_xml {
             return refuse(&format!(
                 "the file does not begin with an XML element as a .{extension} file does"
             ));
@@ -293,13 +295,17 @@ pub(crate) fn check(path: &Path, data: &MeshData, arrays: &[Array]) -> Result<()
     let cells = &data.cells;
     let point_count = data.points.len();
     let cell_count = cells.types.len();
-    let polyhedra = cells.types.iter().filter(|&&kind| kind == 42).count();
-    if polyhedra > 0 {
+    let is_polyhedron = |kind: &&u8| **kind == POLYHEDRON;
+    let polyhedra = cells.types.iter().filter(is_polyhedron).count();
+    let with_faces = data.polyhedra.as_ref();
+    if polyhedra > with_faces.map_or(0, |polyhedra| polyhedra.count()) {
         return Err(Error::Format {
             path: path.to_owned(),
             at: "the cells".into(),
-            what: format!("the mesh has {polyhedra} polyhedra (VTK type 42), which are not read"),
-            help: Some("cut them first, for example with ParaView's Tetrahedralize filter".into()),
+            what: format!(
+                "the mesh has {polyhedra} polyhedra (VTK type 42), which are read from .vtu files alone"
+            ),
+            help: Some("save the mesh as .vtu".into()),
         });
     }
     if cell_count == 0 {

@@ -1,11 +1,12 @@
-//! Legacy VTK files, `.vtk`: unstructured and structured grids and structured points,
-//! ASCII and binary.
+//! Legacy VTK files, `.vtk`: unstructured, structured and rectilinear grids and structured
+//! points, ASCII and binary.
 //!
 //! *VTK File Formats*, the VTK documentation; versions 1.0 to 4.2 and 5.1, which
 //! stores cells as offsets and connectivity. Binary numbers are big-endian.
 //! Array names are decoded (`Nodal%20Stress`). A structured grid becomes
 //! hexahedra, structured points a regular grid whose samples keep their type. Large binary
-//! ones of one field stay in their file.
+//! ones of one field stay in their file. A rectilinear grid is regular if its coordinates are
+//! evenly spaced, else hexahedra, as in [`vtu`](crate::vtu).
 
 mod scanner;
 
@@ -26,12 +27,16 @@ use crate::grid::number::{self, Number};
 use crate::grid::{Entries, GridData, RawFile, split};
 use crate::mesh_data::add_hexahedra;
 use crate::read::{FileData, check};
-use crate::source::{Endian, Source, count, read_at};
+use crate::source::{Endian, Source, count, read_at, room};
+use crate::vtu::most_implied;
+use crate::vtu::structured::{MOST_POINTS, even_steps, note_of_steps};
 
 /// What has been read so far.
 struct Reader<'a> {
     scanner: Scanner<'a>,
     dimensions: Option<[u64; 3]>,
+    /// The coordinates of a rectilinear grid, and the ε of their numbers.
+    axes: Option<([Vec<f64>; 3], f64)>,
     points: Option<Vec<DVec3>>,
     cells: Option<Cells>,
     arrays: Vec<ArrayPlace>,
@@ -44,10 +49,11 @@ struct Reader<'a> {
     image: Option<Image>,
 }
 
-/// Structured points.
+/// Structured points, or a rectilinear grid that is evenly spaced.
 struct Image {
     origin: [f64; 3],
     spacing: [f64; 3],
+    notes: Vec<String>,
     fields: Vec<ImageArray>,
 }
 
@@ -112,7 +118,10 @@ pub(crate) fn stream(head: &Source, above: u64) -> Result<Option<GridData>, Erro
     GridData::streamed(head, std::iter::once((name, file)), Vec::new())
 }
 
-fn mesh(source: &Arc<Source>, reader: Reader) -> Result<MeshData, Error> {
+fn mesh(source: &Arc<Source>, mut reader: Reader) -> Result<MeshData, Error> {
+    if let Some((axes, _)) = reader.axes.take() {
+        reader.points = Some(reader.points_of(&axes)?);
+    }
     let points = reader
         .points
         .ok_or_else(|| reader.scanner.truncated("the file has no POINTS"))?;
@@ -237,6 +246,7 @@ impl<'a> Reader<'a> {
         Reader {
             scanner: Scanner::new(source),
             dimensions: None,
+            axes: None,
             points: None,
             cells: None,
             arrays: Vec::new(),
@@ -311,6 +321,9 @@ impl<'a> Reader<'a> {
                 }
                 Ok(())
             }
+            "X_COORDINATES" => self.axis(0),
+            "Y_COORDINATES" => self.axis(1),
+            "Z_COORDINATES" => self.axis(2),
             "POINTS" => self.points(),
             "CELLS" => self.cells(),
             "CELL_TYPES" => self.cell_types(),
@@ -357,17 +370,22 @@ impl<'a> Reader<'a> {
         let kind = self.scanner.expect("the type of the data set")?;
         match kind.to_ascii_uppercase().as_str() {
             "UNSTRUCTURED_GRID" | "STRUCTURED_GRID" => Ok(()),
+            "RECTILINEAR_GRID" => {
+                self.axes = Some(Default::default());
+                Ok(())
+            }
             "STRUCTURED_POINTS" => {
                 self.image = Some(Image {
                     origin: [0.0; 3],
                     spacing: [1.0; 3],
+                    notes: Vec::new(),
                     fields: Vec::new(),
                 });
                 Ok(())
             }
             other => Err(self.scanner.error(format!(
-                "the file holds {}; of legacy VTK files UNSTRUCTURED_GRID, STRUCTURED_GRID and \
-                 STRUCTURED_POINTS are read",
+                "the file holds {}; of legacy VTK files UNSTRUCTURED_GRID, STRUCTURED_GRID, \
+                 RECTILINEAR_GRID and STRUCTURED_POINTS are read",
                 clip(other)
             ))),
         }
@@ -377,7 +395,7 @@ impl<'a> Reader<'a> {
     fn grid(&self, image: Image) -> Result<GridData, Error> {
         let lattices = [Association::Point, Association::Cell]
             .map(|association| (association, self.lattice(&image, association)));
-        let mut arrays = image.fields;
+        let (mut arrays, notes) = (image.fields, image.notes);
         if arrays.is_empty() {
             return Err(self
                 .scanner
@@ -387,7 +405,7 @@ impl<'a> Reader<'a> {
         let mut data = GridData {
             fields: Vec::new(),
             space: None,
-            notes: Vec::new(),
+            notes,
             files: Vec::new(),
         };
         let mut ghosts = Ghosts::default();
@@ -465,6 +483,78 @@ impl<'a> Reader<'a> {
         let lattice = Lattice::from_axes(dims, origin, axes, interpolation);
         let lattice = lattice.map_err(|error| self.scanner.error(error.to_string()))?;
         Ok((lattice, count))
+    }
+
+    /// The coordinates of a rectilinear grid along an axis; behind the last they may turn out
+    /// to be evenly spaced.
+    fn axis(&mut self, axis: usize) -> Result<(), Error> {
+        let n = self.scanner.count("a number of coordinates")?;
+        let kind = self.scanner.kind()?;
+        if n > MOST_POINTS {
+            let what = format!("{n} points along an axis; {MOST_POINTS} are read");
+            return Err(self.scanner.error(what));
+        }
+        let values = self.scanner.floats(kind, n)?;
+        self.last = (1, false);
+        let Some((axes, epsilon)) = &mut self.axes else {
+            return Err(self
+                .scanner
+                .error("coordinates of what is no RECTILINEAR_GRID"));
+        };
+        axes[axis] = values;
+        *epsilon = epsilon.max(match kind {
+            Kind::F32 => f32::EPSILON.into(),
+            _ => f64::EPSILON,
+        });
+        if axes.iter().any(Vec::is_empty) {
+            return Ok(());
+        }
+        let dimensions = axes.each_ref().map(|axis| axis.len() as u64);
+        if self.dimensions.is_some_and(|other| other != dimensions) {
+            let [i, j, k] = dimensions;
+            return Err(self.scanner.error(format!(
+                "{i}, {j} and {k} coordinates, which is not what DIMENSIONS says"
+            )));
+        }
+        let steps = axes.each_ref().map(|axis| even_steps(axis, *epsilon));
+        // Arrays that were read before are a mesh's.
+        if let ([Some(x), Some(y), Some(z)], true) = (steps, self.arrays.is_empty()) {
+            let steps = [x, y, z];
+            let off = steps.map(|(.., off)| off).into_iter().fold(0.0, f64::max);
+            self.dimensions = Some(dimensions);
+            self.image = Some(Image {
+                origin: steps.map(|(first, ..)| first),
+                spacing: steps.map(|(_, step, _)| step),
+                notes: vec![note_of_steps(off)],
+                fields: Vec::new(),
+            });
+        }
+        Ok(())
+    }
+
+    /// The points of a rectilinear grid with these axes.
+    fn points_of(&mut self, axes: &[Vec<f64>; 3]) -> Result<Vec<DVec3>, Error> {
+        // A point, and a hexahedron with its type, its end and eight corners.
+        const BYTES: u64 = 24 + 73;
+        let [xs, ys, zs] = axes;
+        let dimensions = axes.each_ref().map(|axis| axis.len() as u64);
+        let points = dimensions.iter().try_fold(1_u64, |n, &d| n.checked_mul(d));
+        let bytes = points.and_then(|points| points.checked_mul(BYTES));
+        let most = most_implied(self.scanner.length());
+        let Some(points) = points.filter(|_| bytes.is_some_and(|bytes| bytes <= most)) else {
+            let [i, j, k] = dimensions;
+            return Err(self.scanner.error(format!(
+                "a rectilinear grid of {i}×{j}×{k} points takes more than {most} bytes, which is refused"
+            )));
+        };
+        self.dimensions = Some(dimensions);
+        let mut all = room(points as usize)?;
+        for &z in zs {
+            for &y in ys {
+                all.extend(xs.iter().map(|&x| DVec3::new(x, y, z)));
+            }
+        }
+        Ok(all)
     }
 
     fn points(&mut self) -> Result<(), Error> {

@@ -210,6 +210,11 @@ impl<'a> Scanner<'a> {
         self.each_number(kind, count, |bytes| each(read(bytes)))
     }
 
+    /// Bytes of the file.
+    pub(super) fn length(&self) -> u64 {
+        self.source.bytes.len() as u64
+    }
+
     /// `count` numbers as f64.
     pub(super) fn floats(&mut self, kind: Kind, count: u64) -> Result<Vec<f64>, Error> {
         let mut values = self.room_for(kind, count, 1)?;

@@ -1,4 +1,4 @@
-//! The XML of a `.vtu` or `.vti` file: which arrays there are and where their numbers stand.
+//! The XML of a `.vtu`, `.vts`, `.vtr` or `.vti` file: which arrays there are and where their numbers stand.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -9,6 +9,7 @@ use tetrascope_core::Error;
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::mesh::Association;
 
+use super::structured::{self, Structure};
 use crate::collection::AS_A_SERIES;
 use crate::fields::MOST_COMPONENTS;
 use crate::grid::number::Number;
@@ -69,6 +70,7 @@ enum Section {
     PointData,
     CellData,
     Points,
+    Coordinates,
     Cells,
 }
 
@@ -79,9 +81,10 @@ pub(super) struct Piece<'a> {
     pub(super) cells: u64,
     pub(super) point_data: Vec<ArrayElement<'a>>,
     pub(super) cell_data: Vec<ArrayElement<'a>>,
+    /// Of the points, or along the axes of a rectilinear grid.
     pub(super) coordinates: Vec<ArrayElement<'a>>,
     pub(super) topology: Vec<ArrayElement<'a>>,
-    /// Of an image: the first and last sample along each axis.
+    /// Of what has no list of cells: the first and last point along each axis.
     pub(super) extent: [i64; 6],
     /// The `Scalars` of `PointData` and `CellData`.
     active: [Option<String>; 2],
@@ -97,7 +100,7 @@ impl<'a> Piece<'a> {
         match section {
             Section::PointData => &mut self.point_data,
             Section::CellData => &mut self.cell_data,
-            Section::Points => &mut self.coordinates,
+            Section::Points | Section::Coordinates => &mut self.coordinates,
             Section::Cells => &mut self.topology,
         }
     }
@@ -122,11 +125,13 @@ pub(super) struct Image {
     pub(super) direction: DMat3,
 }
 
-/// A `.vtu` or `.vti` file.
+/// A `.vtu`, `.vts`, `.vtr` or `.vti` file.
 #[derive(Debug)]
 pub(super) struct Document<'a> {
     /// What there is instead of points and cells in a `.vti` file.
     pub(super) image: Option<Image>,
+    /// What there is instead of cells in a `.vts` or `.vtr` file.
+    pub(super) structure: Option<Structure>,
     pub(super) endian: Endian,
     /// Headers of binary data are 64-bit numbers, else 32-bit.
     pub(super) wide_headers: bool,
@@ -162,6 +167,7 @@ impl<'a> Document<'a> {
             source,
             document: Document {
                 image: None,
+                structure: None,
                 endian: Endian::Little,
                 wide_headers: false,
                 compressor: Compressor::None,
@@ -174,10 +180,11 @@ impl<'a> Document<'a> {
             section: None,
             array: None,
             repeats: HashMap::new(),
-            has_grid: false,
+            grid: None,
             ended: false,
         };
         parser.run(head)?;
+        structured::check(source, &parser.document)?;
         Ok(parser.document)
     }
 }
@@ -218,7 +225,8 @@ struct Parser<'a> {
     array: Option<(ArrayElement<'a>, bool)>,
     /// How many times each array of the piece is there.
     repeats: HashMap<(Section, String), usize>,
-    has_grid: bool,
+    /// The name of the element that holds the pieces.
+    grid: Option<String>,
     ended: bool,
 }
 
@@ -252,16 +260,16 @@ impl<'a> Parser<'a> {
                 _ => {}
             }
         }
-        if !self.has_grid {
+        let Some(grid) = &self.grid else {
             return Err(self.source.error(
                 "byte 0",
-                "there is no <UnstructuredGrid> or <ImageData> element",
+                "there is no element <UnstructuredGrid> or of another grid",
             ));
-        }
+        };
         if !self.ended {
             return Err(self.source.error_with_help(
                 format!("byte {}", text.len()),
-                "the file ends before </UnstructuredGrid> or </ImageData>",
+                format!("the file ends before </{grid}>"),
                 "the file is truncated; copy or write it again",
             ));
         }
@@ -276,11 +284,24 @@ impl<'a> Parser<'a> {
                 self.file(&attributes)
             }
             "UnstructuredGrid" => {
-                self.has_grid = true;
+                self.grid = Some(name.as_ref().to_owned());
+                Ok(())
+            }
+            kind @ ("StructuredGrid" | "RectilinearGrid") => {
+                self.grid = Some(kind.to_owned());
+                let attributes = attributes(self.source, element, place)?;
+                let extent = self.numbers::<i64, 6>(&attributes, "wholeextent", place)?;
+                self.document.structure = Some(Structure {
+                    extent: extent.ok_or_else(|| {
+                        self.source
+                            .error(format!("byte {place}"), "a grid without WholeExtent")
+                    })?,
+                    rectilinear: kind == "RectilinearGrid",
+                });
                 Ok(())
             }
             "ImageData" => {
-                self.has_grid = true;
+                self.grid = Some(name.as_ref().to_owned());
                 let attributes = attributes(self.source, element, place)?;
                 let numbers = |key: &str| self.numbers::<f64, 3>(&attributes, key, place);
                 let turn = self.numbers::<f64, 9>(&attributes, "direction", place)?;
@@ -298,26 +319,37 @@ impl<'a> Parser<'a> {
                 });
                 Ok(())
             }
-            "Piece" if self.has_grid => {
+            "Piece" if self.grid.is_some() => {
                 let attributes = attributes(self.source, element, place)?;
                 let extent = self.numbers(&attributes, "extent", place)?;
+                let structure = self.document.structure.map(|grid| grid.extent);
                 let whole = self.document.image.map(|image| image.extent);
+                let extent = extent.or(structure).or(whole).unwrap_or_default();
                 let number = |key: &str| self.number(&attributes, key, place);
+                let (points, cells) = match structure {
+                    Some(_) => structured::counts(&extent)
+                        .ok_or_else(|| structured::uncountable(self.source, &extent))?,
+                    None => (
+                        number("numberofpoints")?.unwrap_or(0),
+                        number("numberofcells")?.unwrap_or(0),
+                    ),
+                };
                 let piece = Piece {
-                    points: number("numberofpoints")?.unwrap_or(0),
-                    cells: number("numberofcells")?.unwrap_or(0),
-                    extent: extent.or(whole).unwrap_or_default(),
+                    points,
+                    cells,
+                    extent,
                     ..Piece::default()
                 };
                 self.document.pieces.push(piece);
                 self.repeats.clear();
                 Ok(())
             }
-            "PointData" | "CellData" | "Points" | "Cells" => {
+            "PointData" | "CellData" | "Points" | "Coordinates" | "Cells" => {
                 let section = match name.as_ref() {
                     "PointData" => Section::PointData,
                     "CellData" => Section::CellData,
                     "Points" => Section::Points,
+                    "Coordinates" => Section::Coordinates,
                     _ => Section::Cells,
                 };
                 self.section = Some(section);
@@ -336,8 +368,10 @@ impl<'a> Parser<'a> {
 
     fn end(&mut self, name: &str, place: usize) -> Result<(), Error> {
         match name {
-            "PointData" | "CellData" | "Points" | "Cells" => self.section = None,
-            "UnstructuredGrid" | "ImageData" => self.ended = true,
+            "PointData" | "CellData" | "Points" | "Coordinates" | "Cells" => self.section = None,
+            "UnstructuredGrid" | "ImageData" | "StructuredGrid" | "RectilinearGrid" => {
+                self.ended = true;
+            }
             "DataArray" => {
                 if let (Some((array, keep)), Some(section)) = (self.array.take(), self.section) {
                     let Some(piece) = self.document.pieces.last_mut() else {
@@ -348,7 +382,8 @@ impl<'a> Parser<'a> {
                     };
                     let arrays = piece.section(section);
                     // One array per time step: the first is drawn.
-                    let name_is_empty = array.name.is_empty();
+                    // The axes of a rectilinear grid are told apart by their order.
+                    let name_is_empty = array.name.is_empty() || section == Section::Coordinates;
                     let repeats = self.repeats.entry((section, array.name.clone()));
                     let repeats = repeats.or_default();
                     if keep && (*repeats == 0 || name_is_empty) {
@@ -388,7 +423,14 @@ impl<'a> Parser<'a> {
         let refuse =
             |what: String, help: &str| Err(self.source.error_with_help("<VTKFile>", what, help));
         let kind = get("type").unwrap_or("UnstructuredGrid");
-        if kind != "UnstructuredGrid" && kind != "ImageData" {
+        if ![
+            "UnstructuredGrid",
+            "StructuredGrid",
+            "RectilinearGrid",
+            "ImageData",
+        ]
+        .contains(&kind)
+        {
             if let Some((first, files)) = listed_files(&self.source.bytes) {
                 if kind == "Collection" {
                     return refuse(
@@ -407,7 +449,8 @@ impl<'a> Parser<'a> {
             }
             return refuse(
                 format!(
-                    "the file holds a {kind}; of VTK XML files UnstructuredGrid and ImageData are read"
+                    "the file holds a {kind}; of VTK XML files UnstructuredGrid, StructuredGrid, \
+                     RectilinearGrid and ImageData are read"
                 ),
                 "save the data as an unstructured grid (.vtu), for example with ParaView's Append Datasets",
             );

@@ -44,6 +44,7 @@ impl File {
     fn document(&self) -> Document<'_> {
         Document {
             image: None,
+            structure: None,
             endian: self.endian,
             wide_headers: self.wide_headers,
             compressor: self.compressor.clone(),

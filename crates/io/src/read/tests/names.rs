@@ -150,10 +150,9 @@ fn xml_in_latin_1_is_read_with_its_names() {
 
 #[test]
 fn files_that_list_others_name_one_of_them() {
-    let text = r#"<VTKFile type="PUnstructuredGrid"><PUnstructuredGrid><Piece Source="a_0.vtu"/><Piece Source="a_1.vtu"/></PUnstructuredGrid></VTKFile>"#;
-    let error = read_named("a.pvtu", text.as_bytes());
-    let words =
-        "holds a PUnstructuredGrid, which only lists 2 other files, the first of them 'a_0.vtu'";
+    let text = r#"<VTKFile type="PImageData"><PImageData><Piece Source="a_0.vti"/><Piece Source="a_1.vti"/></PImageData></VTKFile>"#;
+    let error = read_named("a.pvti", text.as_bytes());
+    let words = "holds a PImageData, which only lists 2 other files, the first of them 'a_0.vti'";
     assert!(error.to_string().contains(words), "{error}");
     assert!(
         error

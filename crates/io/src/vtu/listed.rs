@@ -1,0 +1,232 @@
+//! Files that list others: `.pvtu`, the pieces of a mesh, and `.vtm`, blocks of any kind.
+//!
+//! Names start at the folder of the file that lists them and do not lead out of it. A part's
+//! points stay its own; where they lie exactly at those of another part, cells of both that
+//! have a face there become neighbors.
+
+use std::collections::HashSet;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+use quick_xml::Reader;
+use quick_xml::events::Event;
+use tetrascope_core::Error;
+
+use super::document::Document;
+use super::{Fields, Opened, attributes, line, read_mesh, to_utf8};
+use crate::MeshData;
+use crate::collection::MAX_COLLECTION_BYTES;
+use crate::source::{KEEP_TOGETHER, Source, beside, count, read_at};
+
+/// What a file lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Pieces of one mesh, all with the same fields: `.pvtu`.
+    Pieces,
+    /// Meshes and other things, each with its own fields: `.vtm`.
+    Blocks,
+}
+
+impl Kind {
+    /// `None` for a file that is not such a list.
+    pub(super) fn of(source: &Source) -> Option<Kind> {
+        match file_type(source)?.as_str() {
+            "PUnstructuredGrid" => Some(Kind::Pieces),
+            "vtkMultiBlockDataSet" => Some(Kind::Blocks),
+            _ => None,
+        }
+    }
+
+    /// The element that names a file, and the attribute that has the name.
+    fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Kind::Pieces => ("Piece", "source"),
+            Kind::Blocks => ("DataSet", "file"),
+        }
+    }
+}
+
+/// The `type` of the first element of a VTK XML file.
+fn file_type(source: &Source) -> Option<String> {
+    // The first element is short; what follows may be anything.
+    let head = &source.bytes[..source.bytes.len().min(4096)];
+    let text = String::from_utf8_lossy(head);
+    let mut reader = Reader::from_str(&text);
+    loop {
+        match reader.read_event().ok()? {
+            Event::Start(element) | Event::Empty(element) => {
+                return attributes(source, &element, 0).ok()?.remove("type");
+            }
+            Event::Eof => return None,
+            _ => {}
+        }
+    }
+}
+
+/// A file that is listed.
+struct Entry {
+    name: String,
+    path: PathBuf,
+}
+
+/// Reads the files that `list` names and joins their meshes.
+pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<MeshData, Error> {
+    let entries = entries(&list, kind)?;
+    let mut notes = Vec::new();
+    let mut sources = Vec::new();
+    let mut names = Vec::new();
+    for Entry { name, path } in &entries {
+        if kind == Kind::Blocks
+            && let Some(other) = other_kind(path)?
+        {
+            notes.push(format!(
+                "'{name}' left out: it holds a {other}, and meshes are joined"
+            ));
+            continue;
+        }
+        sources.push(Arc::new(to_utf8(Source::open(path)?)?));
+        names.push(name.as_str());
+    }
+    let mut documents = Vec::new();
+    for source in &sources {
+        let document = Document::parse(source)?;
+        if document.image.is_some() {
+            let what = "a piece of a mesh is a regular grid, which cannot be";
+            return Err(source.error("<VTKFile>", what));
+        }
+        documents.push(document);
+    }
+    if documents.is_empty() {
+        return Err(list.error_with_help(
+            "its end",
+            "the file lists no mesh",
+            "give one of the files that it lists",
+        ));
+    }
+    let files = sources.iter().zip(&documents).zip(names);
+    let files: Vec<Opened> = files
+        .map(|((source, document), name)| Opened::new(source, document, Some(name)))
+        .collect();
+    let fields = match kind {
+        Kind::Pieces => Fields::Common,
+        Kind::Blocks => Fields::All,
+    };
+    let mut data = read_mesh(&list, &files, fields)?;
+    data.notes.splice(0..0, notes);
+    data.files = vec![list.path.clone()];
+    data.files.extend(sources.iter().map(|s| s.path.clone()));
+    Ok(data)
+}
+
+/// What a VTK XML file holds that is not a mesh.
+fn other_kind(path: &Path) -> Result<Option<String>, Error> {
+    let head = Source {
+        path: path.to_owned(),
+        bytes: read_at(path, 0, 4096)?,
+    };
+    let kind = file_type(&head);
+    let meshes = ["UnstructuredGrid", "StructuredGrid", "RectilinearGrid"];
+    Ok(kind.filter(|kind| !meshes.contains(&kind.as_str())))
+}
+
+/// The files that are listed, in their order; each is there.
+fn entries(list: &Source, kind: Kind) -> Result<Vec<Entry>, Error> {
+    if list.bytes.len() as u64 > MAX_COLLECTION_BYTES {
+        return Err(list.error(
+            "byte 0",
+            format!("a list of files of more than {MAX_COLLECTION_BYTES} bytes is not read"),
+        ));
+    }
+    let text = String::from_utf8_lossy(&list.bytes);
+    let mut reader = Reader::from_str(&text);
+    let (element_name, key) = kind.names();
+    let mut entries = Vec::new();
+    let mut known = HashSet::new();
+    let mut is_whole = false;
+    loop {
+        let place = reader.buffer_position() as usize;
+        let event = reader.read_event().map_err(|error| {
+            list.error(
+                line(&text, reader.error_position() as usize),
+                format!("the XML is damaged: {error}"),
+            )
+        })?;
+        match event {
+            Event::Start(element) | Event::Empty(element) => {
+                if element.local_name().as_ref() != element_name {
+                    continue;
+                }
+                // A block without a file is empty.
+                let name = attributes(list, &element, place)?.remove(key);
+                let Some(name) = name.filter(|name| !name.is_empty()) else {
+                    match kind {
+                        Kind::Pieces => {
+                            let what = "a <Piece> without Source: no file is named";
+                            return Err(list.error(line(&text, place), what));
+                        }
+                        Kind::Blocks => continue,
+                    }
+                };
+                let path = checked(list, &name, &mut known)
+                    .map_err(|(what, help)| list.error_with_help(line(&text, place), what, help))?;
+                entries.push(Entry { name, path });
+            }
+            Event::DocType(_) => {
+                let what = "the XML has a document type, which is not read";
+                return Err(list.error(line(&text, place), what));
+            }
+            Event::End(element) => is_whole |= element.local_name().as_ref() == "VTKFile",
+            Event::Eof => break,
+            _ => {}
+        }
+    }
+    if !is_whole {
+        return Err(list.error_with_help(
+            format!("byte {}", text.len()),
+            "the file ends before </VTKFile>",
+            "the file is truncated; copy or write it again",
+        ));
+    }
+    if entries.is_empty() {
+        let what = format!("the file lists no file: there is no <{element_name}> with a name");
+        return Err(list.error("its end", what));
+    }
+    let is_missing = |entry: &&Entry| !entry.path.is_file();
+    if let Some(first) = entries.iter().find(is_missing) {
+        let others = match entries.iter().filter(is_missing).count() as u64 - 1 {
+            0 => String::new(),
+            others => format!(", nor are {}", count(others, "other")),
+        };
+        return Err(list.error_with_help(
+            "its list of files",
+            format!("the file '{}' is not there{others}", first.name),
+            "names of files start at the folder of this file: copy them with it",
+        ));
+    }
+    Ok(entries)
+}
+
+/// The path of a name that was not listed before and is in the folder of `list` or below; else
+/// what is wrong, and what helps.
+fn checked(
+    list: &Source,
+    name: &str,
+    known: &mut HashSet<PathBuf>,
+) -> Result<PathBuf, (String, &'static str)> {
+    let path = beside(&list.path, name).ok_or_else(|| {
+        let what = format!("'{name}' is not in the folder of the file that lists it");
+        (what, KEEP_TOGETHER)
+    })?;
+    let parts = Path::new(name).components();
+    let plain: PathBuf = parts.filter(|part| *part != Component::CurDir).collect();
+    match known.insert(plain) {
+        true => Ok(path),
+        false => Err((
+            format!("'{name}' is listed twice"),
+            "each file is one part of the mesh",
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests;
