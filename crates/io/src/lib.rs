@@ -12,6 +12,7 @@
 //! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; see [`vtu`] |
 //! | `.vti` | VTK XML images, as `.vtu`; cell data, `Direction`, pieces, hidden points and cells; see [`vtu`] |
 //! | `.vtk` | legacy VTK unstructured and structured grids, structured points; see [`vtk`] |
+//! | `.msh` | Gmsh 2 and 4.1, text and binary, both byte orders; fields at nodes and of elements; see [`gmsh`] |
 //! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or in slices; frames; see [`grid`] |
 //! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; `kinds`, `space`; see [`grid`] |
 //! | `.nii`, `.nii.gz` | NIfTI-1 with all of its volumes; see [`grid`] |
@@ -78,6 +79,7 @@
 
 pub mod collection;
 mod fields;
+pub mod gmsh;
 pub mod grid;
 pub mod image;
 mod mesh_data;

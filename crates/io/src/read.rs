@@ -10,7 +10,7 @@ use tetrascope_core::mesh::Association;
 use crate::fields::Array;
 use crate::grid::{GridData, RawLayout, meta_image, nifti, nrrd, raw};
 use crate::source::{Source, open_file};
-use crate::{MeshData, plot3d, vtk, vtu};
+use crate::{MeshData, gmsh, plot3d, vtk, vtu};
 
 /// How to read a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,10 +45,10 @@ pub enum FileData {
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu), legacy VTK (.vtk) and Gmsh (.msh), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
-const NOT_READ: [(&[&str], &str); 10] = [
+const NOT_READ: [(&[&str], &str); 9] = [
     (
         &["pvtu", "pvti", "vtm", "vtmb"],
         "a VTK file that lists other files; give one of its .vtu or .vti pieces",
@@ -73,7 +73,6 @@ const NOT_READ: [(&[&str], &str); 10] = [
         &["vtkhdf", "hdf", "h5", "xdmf", "xmf"],
         "an HDF5 file; save it as .vtu",
     ),
-    (&["msh"], "a Gmsh or Fluent mesh; save it as .vtu"),
     (&["case", "encas"], "an EnSight case; save it as .vtu"),
     (
         &["exo", "e", "ex2", "cgns", "nc"],
@@ -142,6 +141,10 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
         }
         Format::VtkXml => return Ok(with_file(vtu::read(Source::open(path)?)?, path)),
         Format::VtkLegacy => return Ok(with_file(vtk::read(Source::open(path)?)?, path)),
+        Format::Gmsh => {
+            let mesh = gmsh::read(Source::open(path)?)?;
+            return Ok(with_file(FileData::Mesh(mesh), path));
+        }
         Format::MetaImage => meta_image::read(path),
         Format::Nrrd => nrrd::read(path),
         Format::Nifti { compressed } => nifti::read(path, compressed),
@@ -202,6 +205,7 @@ enum Format {
     Plot3d,
     VtkXml,
     VtkLegacy,
+    Gmsh,
     MetaImage,
     Nrrd,
     Nifti { compressed: bool },
@@ -236,8 +240,8 @@ impl Format {
         if head.starts_with(b"\x89HDF") {
             return refuse("this is an HDF5 file; save it as .vtu");
         }
-        if head.starts_with(b"$MeshFormat") {
-            return refuse("this is a Gmsh mesh; save it as .vtu");
+        if gmsh::is_gmsh(head) {
+            return Ok(Format::Gmsh);
         }
         if head.starts_with(b"NRRD000") {
             return Ok(Format::Nrrd);
@@ -258,6 +262,11 @@ impl Format {
         }
         if plot3d::has_extension(extension) {
             return Ok(Format::Plot3d);
+        }
+        if extension == "msh" {
+            return refuse(
+                "the file does not begin with '$MeshFormat' as a Gmsh mesh does; save meshes of Fluent as .vtu",
+            );
         }
         if matches!(extension, "vtu" | "vti") {
             return refuse(&format!(
