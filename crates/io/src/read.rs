@@ -7,6 +7,8 @@ use rayon::prelude::*;
 use tetrascope_core::Error;
 use tetrascope_core::mesh::Association;
 
+#[cfg(feature = "exodus")]
+use crate::exodus;
 use crate::fields::Array;
 use crate::grid::{GridData, RawLayout, meta_image, nifti, nrrd, raw};
 use crate::source::{Source, open_file};
@@ -45,7 +47,7 @@ pub enum FileData {
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu), legacy VTK (.vtk) and Gmsh (.msh), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu), legacy VTK (.vtk), Gmsh (.msh) and Exodus in netCDF (.e .exo .ex2), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
 const NOT_READ: [(&[&str], &str); 9] = [
@@ -75,8 +77,8 @@ const NOT_READ: [(&[&str], &str); 9] = [
     ),
     (&["case", "encas"], "an EnSight case; save it as .vtu"),
     (
-        &["exo", "e", "ex2", "cgns", "nc"],
-        "an Exodus, CGNS or netCDF mesh; save it as .vtu",
+        &["exo", "e", "ex2", "exii", "cgns", "nc"],
+        "a CGNS mesh, or not in netCDF's classic format as an Exodus mesh; save it as .vtu",
     ),
     (
         &["inp", "med", "foam", "stl", "ply", "obj"],
@@ -145,6 +147,11 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
             let mesh = gmsh::read(Source::open(path)?)?;
             return Ok(with_file(FileData::Mesh(mesh), path));
         }
+        #[cfg(feature = "exodus")]
+        Format::Exodus => {
+            let mesh = exodus::read(Source::open(path)?)?;
+            return Ok(with_file(FileData::Mesh(mesh), path));
+        }
         Format::MetaImage => meta_image::read(path),
         Format::Nrrd => nrrd::read(path),
         Format::Nifti { compressed } => nifti::read(path, compressed),
@@ -206,9 +213,13 @@ enum Format {
     VtkXml,
     VtkLegacy,
     Gmsh,
+    #[cfg(feature = "exodus")]
+    Exodus,
     MetaImage,
     Nrrd,
-    Nifti { compressed: bool },
+    Nifti {
+        compressed: bool,
+    },
     Raw(RawLayout),
 }
 
@@ -238,10 +249,21 @@ impl Format {
             };
         }
         if head.starts_with(b"\x89HDF") {
-            return refuse("this is an HDF5 file; save it as .vtu");
+            return refuse(
+                "this is an HDF5 file; save it as .vtu, or, if it is Exodus, convert it: nccopy -k 64-bit-offset old.e new.e",
+            );
         }
         if gmsh::is_gmsh(head) {
             return Ok(Format::Gmsh);
+        }
+        let classic = [b"CDF\x01", b"CDF\x02", b"CDF\x05"];
+        if classic.iter().any(|mark| head.starts_with(*mark)) {
+            #[cfg(feature = "exodus")]
+            return Ok(Format::Exodus);
+            #[cfg(not(feature = "exodus"))]
+            return refuse(
+                "this is a netCDF file; Exodus meshes are read with the feature `exodus`",
+            );
         }
         if head.starts_with(b"NRRD000") {
             return Ok(Format::Nrrd);
