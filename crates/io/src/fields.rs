@@ -40,6 +40,22 @@ impl Numbers for Loaded {
     }
 }
 
+/// Numbers that are the same up to a place, then up to the next: the end of each run and its
+/// number. Ends ascend.
+#[derive(Debug)]
+pub(crate) struct Runs(pub(crate) Vec<(u64, f64)>);
+
+impl Numbers for Runs {
+    fn each(&self, each: &mut dyn FnMut(f64)) -> Result<(), Error> {
+        let mut start = 0;
+        for &(end, value) in &self.0 {
+            (start..end).for_each(|_| each(value));
+            start = end;
+        }
+        Ok(())
+    }
+}
+
 /// A field with any number of components.
 #[derive(Clone, Debug)]
 pub(crate) struct Array {
@@ -75,6 +91,25 @@ impl Part {
 }
 
 impl Array {
+    /// A number for each point or cell, which are `tuples`.
+    pub(crate) fn scalar(
+        name: &str,
+        association: Association,
+        tuples: usize,
+        numbers: Arc<dyn Numbers>,
+    ) -> Array {
+        Array {
+            name: name.into(),
+            association,
+            components: 1,
+            component_names: Vec::new(),
+            tuples,
+            numbers,
+            active: false,
+            colors: false,
+        }
+    }
+
     /// The scalar fields that the array offers, by name: of a vector its magnitude, then
     /// its components.
     pub(crate) fn parts(&self) -> Vec<(String, Part)> {

@@ -15,6 +15,8 @@
 //! | `.vtm` | VTK XML blocks, nested or not: the meshes among them as one; see [`vtu`] |
 //! | `.vti` | VTK XML images, as `.vtu`; cell data, `Direction`, pieces, hidden points and cells; see [`vtu`] |
 //! | `.vtk` | legacy VTK unstructured, structured and rectilinear grids, structured points; see [`vtk`] |
+//! | `.msh` | Gmsh 2 and 4.1, text and binary, both byte orders; fields at nodes and of elements; see [`gmsh`] |
+//! | `.e`, `.exo`, `.ex2` | Exodus II in netCDF classic files; variables at nodes and of elements; see [`exodus`] |
 //! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or in slices; frames; see [`grid`] |
 //! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; `kinds`, `space`; see [`grid`] |
 //! | `.nii`, `.nii.gz` | NIfTI-1 with all of its volumes; see [`grid`] |
@@ -25,6 +27,8 @@
 //! other types become 32-bit floats, with a note if that rounds, less an offset where they
 //! would lose what varies. A sample that is not finite, or is beyond 32-bit floats, or is a
 //! mark of no value, is NaN; notes count them.
+//!
+//! Exodus is read with the feature `exodus`, which is on by default.
 //!
 //! # Fields of meshes
 //! They have the file's names, also for components: `Velocity-magnitude`, `stress-XY`; a
@@ -81,7 +85,10 @@
 //! ```
 
 pub mod collection;
+#[cfg(feature = "exodus")]
+pub mod exodus;
 mod fields;
+pub mod gmsh;
 pub mod grid;
 pub mod image;
 mod mesh_data;

@@ -7,11 +7,13 @@ use rayon::prelude::*;
 use tetrascope_core::Error;
 use tetrascope_core::mesh::Association;
 
+#[cfg(feature = "exodus")]
+use crate::exodus;
 use crate::fields::Array;
 use crate::grid::{GridData, RawLayout, meta_image, nifti, nrrd, raw};
 use crate::polyhedra::POLYHEDRON;
 use crate::source::{Source, open_file};
-use crate::{MeshData, plot3d, vtk, vtu};
+use crate::{MeshData, gmsh, plot3d, vtk, vtu};
 
 /// How to read a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,10 +48,10 @@ pub enum FileData {
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .vtr) and legacy VTK (.vtk), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .vtr), legacy VTK (.vtk), Gmsh (.msh) and Exodus in netCDF (.e .exo .ex2), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
-const NOT_READ: [(&[&str], &str); 10] = [
+const NOT_READ: [(&[&str], &str); 9] = [
     (
         &["pvti", "pvts", "pvtr"],
         "a VTK file that lists other files; give one of these",
@@ -71,11 +73,10 @@ const NOT_READ: [(&[&str], &str); 10] = [
         &["vtkhdf", "hdf", "h5", "xdmf", "xmf"],
         "an HDF5 file; save it as .vtu",
     ),
-    (&["msh"], "a Gmsh or Fluent mesh; save it as .vtu"),
     (&["case", "encas"], "an EnSight case; save it as .vtu"),
     (
-        &["exo", "e", "ex2", "cgns", "nc"],
-        "an Exodus, CGNS or netCDF mesh; save it as .vtu",
+        &["exo", "e", "ex2", "exii", "cgns", "nc"],
+        "a CGNS mesh, or not in netCDF's classic format as an Exodus mesh; save it as .vtu",
     ),
     (
         &["inp", "med", "foam", "stl", "ply", "obj"],
@@ -140,6 +141,15 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
         }
         Format::VtkXml => return Ok(with_file(vtu::read(Source::open(path)?)?, path)),
         Format::VtkLegacy => return Ok(with_file(vtk::read(Source::open(path)?)?, path)),
+        Format::Gmsh => {
+            let mesh = gmsh::read(Source::open(path)?)?;
+            return Ok(with_file(FileData::Mesh(mesh), path));
+        }
+        #[cfg(feature = "exodus")]
+        Format::Exodus => {
+            let mesh = exodus::read(Source::open(path)?)?;
+            return Ok(with_file(FileData::Mesh(mesh), path));
+        }
         Format::MetaImage => meta_image::read(path),
         Format::Nrrd => nrrd::read(path),
         Format::Nifti { compressed } => nifti::read(path, compressed),
@@ -200,9 +210,14 @@ enum Format {
     Plot3d,
     VtkXml,
     VtkLegacy,
+    Gmsh,
+    #[cfg(feature = "exodus")]
+    Exodus,
     MetaImage,
     Nrrd,
-    Nifti { compressed: bool },
+    Nifti {
+        compressed: bool,
+    },
     Raw(RawLayout),
 }
 
@@ -236,10 +251,21 @@ impl Format {
             };
         }
         if head.starts_with(b"\x89HDF") {
-            return refuse("this is an HDF5 file; save it as .vtu");
+            return refuse(
+                "this is an HDF5 file; save it as .vtu, or, if it is Exodus, convert it: nccopy -k 64-bit-offset old.e new.e",
+            );
         }
-        if head.starts_with(b"$MeshFormat") {
-            return refuse("this is a Gmsh mesh; save it as .vtu");
+        if gmsh::is_gmsh(head) {
+            return Ok(Format::Gmsh);
+        }
+        let classic = [b"CDF\x01", b"CDF\x02", b"CDF\x05"];
+        if classic.iter().any(|mark| head.starts_with(*mark)) {
+            #[cfg(feature = "exodus")]
+            return Ok(Format::Exodus);
+            #[cfg(not(feature = "exodus"))]
+            return refuse(
+                "this is a netCDF file; Exodus meshes are read with the feature `exodus`",
+            );
         }
         if head.starts_with(b"NRRD000") {
             return Ok(Format::Nrrd);
@@ -260,6 +286,11 @@ impl Format {
         }
         if plot3d::has_extension(extension) {
             return Ok(Format::Plot3d);
+        }
+        if extension == "msh" {
+            return refuse(
+                "the file does not begin with '$MeshFormat' as a Gmsh mesh does; save meshes of Fluent as .vtu",
+            );
         }
         if is_xml {
             return refuse(&format!(

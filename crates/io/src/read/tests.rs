@@ -56,7 +56,10 @@ fn fixtures() -> Vec<(String, Vec<u8>)> {
     let mut files: Vec<(String, Vec<u8>)> = fs::read_dir(&folder)
         .expect("the fixtures are there")
         .map(|entry| entry.expect("it is readable").path())
-        .filter(|path| path.extension().is_some_and(|e| e == "vtu" || e == "vtk"))
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|e| e == "vtu" || e == "vtk" || e == "msh")
+        })
         .map(|path| {
             let name = path
                 .file_name()
@@ -67,7 +70,7 @@ fn fixtures() -> Vec<(String, Vec<u8>)> {
         })
         .collect();
     files.sort();
-    assert!(files.len() >= 40, "{} fixtures", files.len());
+    assert!(files.len() >= 47, "{} fixtures", files.len());
     files
 }
 
@@ -78,6 +81,8 @@ fn read_bytes(name: &str, bytes: Vec<u8>) -> Result<MeshData, Error> {
     };
     let data = if name.ends_with("vtu") {
         vtu::read(source)?
+    } else if name.ends_with("msh") {
+        FileData::Mesh(gmsh::read(source)?)
     } else {
         vtk::read(source)?
     };
@@ -140,7 +145,7 @@ fn every_encoding_gives_the_same_mesh() {
             read += 1;
         }
     }
-    assert!(read >= 28, "{read} files");
+    assert!(read >= 32, "{read} files");
 }
 
 #[test]
