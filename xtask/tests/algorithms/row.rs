@@ -39,7 +39,9 @@ fn a_hundred_thousand_cells_on_a_ray_add_up() {
         let name = algorithm.name;
         say(&format!("{name} {setting}: {worst:.1e}"));
         if worst > MOST {
-            failures.push(format!("{name} {setting}: {worst:.1e} off: {got:?}, not {want:?}"));
+            failures.push(format!(
+                "{name} {setting}: {worst:.1e} off: {got:?}, not {want:?}"
+            ));
         }
     }
     failures.finish();

@@ -324,3 +324,13 @@ fn the_order_of_a_face_does_not_matter() {
     // From its inner corner or the opposite one it is a good one.
     assert!(is_good_fan(&[18, 19, 20, 21, 16, 17], &data.points));
 }
+
+/// Two cells that share places and not points begin the fan of a face at the same place.
+#[test]
+fn a_face_of_points_at_the_same_places_is_cut_alike() {
+    let order = Order {
+        places: vec![0, 1, 2, 3, 3, 2, 1, 0],
+    };
+    assert_eq!(faces(&[2, 3, 0, 1], &[4], &order), [[0, 1, 2, 3]]);
+    assert_eq!(faces(&[4, 5, 6, 7], &[4], &order), [[7, 4, 5, 6]]);
+}
