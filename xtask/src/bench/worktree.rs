@@ -16,7 +16,7 @@ pub struct Worktree {
     results: PathBuf,
     revision: String,
     /// Locked for as long as this lives: the folder is one program's.
-    _lock: File,
+    lock: File,
 }
 
 /// The full name of a commit.
@@ -73,7 +73,7 @@ impl Worktree {
             checkout: folder.join("base"),
             results: folder.join("results"),
             revision: revision.into(),
-            _lock: lock,
+            lock,
         };
         // What was killed has left this.
         worktree.remove();
@@ -127,6 +127,8 @@ impl Worktree {
 impl Drop for Worktree {
     fn drop(&mut self) {
         self.remove();
+        // Closing alone would leave it to a program that is being started meanwhile, which has the file until then.
+        drop(self.lock.unlock());
     }
 }
 
@@ -187,7 +189,7 @@ mod tests {
         std::fs::write(killed.path().join("file"), "changed").expect("written");
         let results = killed.results().to_owned();
         std::fs::create_dir_all(&results).expect("made");
-        killed._lock.unlock().expect("locked before");
+        killed.lock.unlock().expect("locked before");
         std::mem::forget(killed);
         let next = Worktree::new(repository.path(), &place, &head).expect("checked out again");
         let text = std::fs::read_to_string(next.path().join("file")).expect("there");
