@@ -88,7 +88,7 @@ struct Variable {
     /// At least one dimension.
     shape: Vec<u64>,
     is_text: bool,
-    /// Of a block: "HEX8".
+    /// The name of its elements' type, such as "HEX8".
     element_type: String,
 }
 

@@ -78,7 +78,7 @@ pub(crate) fn read(source: Source) -> Result<MeshData, Error> {
     reader.mesh(&source)
 }
 
-/// What has been read so far.
+/// Reads a file section by section, and holds what it has read.
 struct Reader<'a> {
     cursor: Cursor<'a>,
     version: Option<Version>,
@@ -117,7 +117,7 @@ struct View {
     association: Association,
     name: String,
     components: usize,
-    /// Of the time steps the one that is read, and the others.
+    /// The time step that is read, and those that are not.
     step: i64,
     other_steps: BTreeSet<i64>,
     /// Where its sections' values begin, and for how many nodes or elements they are.
@@ -817,7 +817,7 @@ struct Values {
     components: usize,
     /// Where the values of some nodes or elements begin, and of how many.
     parts: Vec<(usize, u64)>,
-    /// Of the mesh's points or cells.
+    /// The tags of the mesh's points or cells, in their order.
     tags: Arc<[u64]>,
 }
 

@@ -54,7 +54,8 @@
 //!
 //! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.vtm`) names each once, and in its own
 //! folder or below: `..` and absolute names are refused. Arrays of a VTK file may not
-//! all lie at one place. Tests and `cargo xtask fuzz` hold the readers to this.
+//! all lie at one place. Tests and `cargo xtask fuzz` hold the readers to this; of Gmsh,
+//! Exodus, `.pvtu`, `.vtm`, `.vts`, `.vtr` and polyhedra it is only argued, from the code.
 //!
 //! # A file in, a file out
 //! ```

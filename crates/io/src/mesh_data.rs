@@ -36,7 +36,7 @@ pub struct MeshData {
     pub(crate) kept_cells: Vec<bool>,
     /// The faces of polyhedra, until these are cut.
     pub(crate) polyhedra: Option<Box<Polyhedra>>,
-    /// What was made of polyhedra: `points` and `cells` have it, the arrays do not.
+    /// The points and cells that polyhedra became. They are in `points` and `cells`, but not in the arrays.
     pub(crate) added: Option<Box<Added>>,
     /// Arrays that cannot be drawn, by name, and why.
     pub(crate) left_out: Vec<(String, String)>,

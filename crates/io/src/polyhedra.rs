@@ -48,7 +48,7 @@ pub(crate) struct Polyhedra {
     sizes: Vec<u32>,
 }
 
-/// What became of the cells and points of a file.
+/// The points that cutting adds, and how many cells each cell of the file became.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Added {
     /// How many cells each of the kept cells became.
@@ -439,7 +439,7 @@ impl Order {
         corners
     }
 
-    /// What all faces between the same places have in common.
+    /// The places of a face's corners, sorted: the same for every face between them.
     fn key(&self, face: &[u64]) -> Box<[u64]> {
         let mut places: Vec<u64> = face.iter().map(|&point| self.place(point)).collect();
         places.sort_unstable();

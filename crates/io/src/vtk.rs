@@ -31,7 +31,7 @@ use crate::source::{Endian, Source, count, read_at, room};
 use crate::vtu::most_implied;
 use crate::vtu::structured::{MOST_POINTS, even_steps, note_of_steps};
 
-/// What has been read so far.
+/// Reads a file from its beginning to its end, and holds what it has read.
 struct Reader<'a> {
     scanner: Scanner<'a>,
     dimensions: Option<[u64; 3]>,

@@ -100,7 +100,7 @@ struct Opened<'a> {
     document: &'a Document<'a>,
     decoder: Decoder<'a>,
     arrays: Arc<File>,
-    /// What the file that lists this one calls it.
+    /// Its name in the file that lists it.
     name: Option<&'a str>,
 }
 

@@ -8,7 +8,7 @@ pub(super) struct Element {
     /// 0 for points to 3 for volumes.
     pub(super) dimension: u8,
     pub(super) nodes: usize,
-    /// What it becomes, if it is a volume.
+    /// The cell of VTK's that a volume becomes; `None` for points, lines and surfaces.
     pub(super) cell: Option<Cell>,
 }
 

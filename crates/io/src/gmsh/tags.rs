@@ -16,8 +16,8 @@ pub(super) enum Tags {
 }
 
 impl Tags {
-    /// Of the tag of each item, and a tag that two items have, if there is one; the last of
-    /// them then has it.
+    /// Finds items by these tags, one for each item. Also returns a tag that two items have, if there is one:
+    /// it then leads to the last of them.
     pub(super) fn new(tags: &[u64]) -> Result<(Tags, Option<u64>), Error> {
         let first = tags.iter().copied().min().unwrap_or(0);
         let span = tags.iter().copied().max().unwrap_or(0) - first;
