@@ -2,9 +2,11 @@
 //! tests, and others made here.
 
 mod collections;
+mod gmsh;
 mod grids;
 mod meshes;
 mod scenes;
+mod xml;
 
 use std::path::{Path, PathBuf};
 
@@ -58,8 +60,12 @@ impl Seed {
 pub(crate) fn kinds() -> std::io::Result<Vec<Kind>> {
     let mut vtu = fixtures("vtu", "mesh.vtu")?;
     vtu.extend(meshes::packed_vtu()?);
+    vtu.extend(xml::polyhedra());
     let mut vtk = fixtures("vtk", "mesh.vtk")?;
     vtk.extend(meshes::legacy());
+    let mut gmsh = fixtures("msh", "mesh.msh")?;
+    gmsh.extend(gmsh::gmsh());
+    let exodus = fixtures("e", "mesh.e")?;
     let kind = |name, seeds, words| Kind {
         name,
         seeds,
@@ -82,11 +88,58 @@ pub(crate) fn kinds() -> std::io::Result<Vec<Kind>> {
         kind("scene", scenes::scenes(), scenes::WORDS),
         kind("pvd", collections::pvd(), collections::PVD_WORDS),
         kind("series", collections::series(), collections::SERIES_WORDS),
+        kind("vts", xml::structured(), xml::STRUCTURED_WORDS),
+        kind("vtr", xml::rectilinear(), xml::STRUCTURED_WORDS),
+        kind("pvtu", xml::pieces(), xml::LIST_WORDS),
+        kind("vtm", xml::blocks(), xml::LIST_WORDS),
+        kind("gmsh", gmsh, gmsh::WORDS),
+        kind("exodus", exodus, EXODUS_WORDS),
     ];
     kinds[0].heavy = meshes::heavy_vtu();
     kinds[5].heavy = vec![grids::heavy_nrrd()];
     Ok(kinds)
 }
+
+/// A mesh of one tetrahedron for lists to name.
+pub(crate) fn listed_mesh() -> Vec<u8> {
+    xml::tetrahedron(1, "")
+}
+
+/// Names and tags of a netCDF file in which there is a mesh.
+const EXODUS_WORDS: &[&str] = &[
+    "CDF\u{1}",
+    "CDF\u{2}",
+    "CDF\u{5}",
+    "\0\0\0\u{a}",
+    "\0\0\0\u{b}",
+    "\0\0\0\u{c}",
+    "num_nodes",
+    "num_elem",
+    "num_el_blk",
+    "num_el_in_blk1",
+    "num_nod_per_el1",
+    "num_nod_var",
+    "num_elem_var",
+    "time_step",
+    "time_whole",
+    "len_string",
+    "coord",
+    "coordx",
+    "connect1",
+    "elem_type",
+    "TETRA",
+    "HEX8",
+    "TETRA10",
+    "name_nod_var",
+    "vals_nod_var",
+    "vals_nod_var1",
+    "name_elem_var",
+    "vals_elem_var1eb1",
+    "eb_prop1",
+    "eb_status",
+    "floating_point_word_size",
+    "file_size",
+];
 
 /// MetaImage files.
 pub(crate) fn meta_images() -> Vec<Seed> {

@@ -54,9 +54,28 @@ impl Target {
 }
 
 /// Every target.
-pub const TARGETS: [Target; 17] = [
+pub const TARGETS: [Target; 23] = [
     Target::of("vtu", "vtu", |bench, bytes| bench.file("mesh.vtu", bytes)),
     Target::of("vtk", "vtk", |bench, bytes| bench.file("mesh.vtk", bytes)),
+    Target::of("vts", "vts", |bench, bytes| bench.file("grid.vts", bytes)),
+    Target::of("vtr", "vtr", |bench, bytes| bench.file("grid.vtr", bytes)),
+    Target {
+        seeds: two_files,
+        ..Target::of("pvtu", "pvtu", |bench, bytes| {
+            bench.listed("mesh.pvtu", bytes)
+        })
+    },
+    Target {
+        seeds: two_files,
+        ..Target::of("vtm", "vtm", |bench, bytes| bench.listed("mesh.vtm", bytes))
+    },
+    Target::of("gmsh", "gmsh", |bench, bytes| bench.file("mesh.msh", bytes)),
+    Target {
+        longest: 4096,
+        ..Target::of("exodus", "exodus", |bench, bytes| {
+            bench.file("mesh.e", bytes)
+        })
+    },
     Target::of("vti", "vti", |bench, bytes| bench.file("grid.vti", bytes)),
     Target {
         seeds: two_files,
@@ -157,8 +176,11 @@ impl Bench {
         };
         // The files that headers and collections of the seeds name.
         let samples: Vec<u8> = (0..72).collect();
-        for name in ["grid.raw", "s1.raw", "s2.raw", "a.vtu", "b.vtu"] {
+        for name in ["grid.raw", "s1.raw", "s2.raw"] {
             fs::write(folder.path().join(name), &samples)?;
+        }
+        for name in ["a.vtu", "b.vtu"] {
+            fs::write(folder.path().join(name), seeds::listed_mesh())?;
         }
         Ok(Bench {
             folder,
@@ -208,6 +230,13 @@ impl Bench {
     fn file(&self, name: &'static str, bytes: &[u8]) -> Result<(), Error> {
         let path = self.put(name, bytes);
         take(read_file(&path, &ReadOptions::default())?)
+    }
+
+    /// A list, then the first of the two files that it may name.
+    fn listed(&self, name: &'static str, bytes: &[u8]) -> Result<(), Error> {
+        let (list, first) = cut(bytes);
+        self.put("a.vtu", first);
+        self.file(name, list)
     }
 
     fn collection(&self, name: &'static str, bytes: &[u8]) -> Result<(), Error> {
@@ -282,15 +311,20 @@ fn take_grid(data: GridData, fields: usize) -> Result<(), Error> {
     }
 }
 
-/// Two bytes with the length of the grid file, which comes next, then the solution.
+/// A grid file, then the solution.
 fn plot3d(bench: &Bench, bytes: &[u8]) -> Result<(), Error> {
-    let [low, high, rest @ ..] = bytes else {
-        return Ok(());
-    };
-    let length = usize::from(u16::from_le_bytes([*low, *high]));
-    let (grid, solution) = rest.split_at(length.min(rest.len()));
+    let (grid, solution) = cut(bytes);
     bench.put("meshq.bin", solution);
     bench.file("meshxyz.bin", grid)
+}
+
+/// Two files of bytes that begin with the length of the first, in two.
+fn cut(bytes: &[u8]) -> (&[u8], &[u8]) {
+    let [low, high, rest @ ..] = bytes else {
+        return (bytes, &[]);
+    };
+    let length = usize::from(u16::from_le_bytes([*low, *high]));
+    rest.split_at(length.min(rest.len()))
 }
 
 /// Six bytes of layout, then the file.
@@ -377,8 +411,8 @@ fn small_grid() -> Volume {
     Volume::Grid(grid.expect("a small grid"))
 }
 
-/// Writes the seeds of each target to a folder of its name in `folder`, and its words to a file
-/// `NAME.dict`.
+/// Writes the seeds of each target to a folder of its name in `folder`, its words to a file
+/// `NAME.dict`, and the bytes of its longest input to `NAME.len`.
 ///
 /// # Errors
 /// A fixture cannot be read, or `folder` not be written to.
@@ -399,6 +433,8 @@ pub fn write_seeds(folder: &Path) -> io::Result<()> {
         let words = words.iter().map(|word| quoted(word));
         let words: String = words.collect();
         fs::write(folder.join(format!("{}.dict", target.name)), words)?;
+        let longest = target.longest.to_string();
+        fs::write(folder.join(format!("{}.len", target.name)), longest)?;
     }
     Ok(())
 }
@@ -421,7 +457,7 @@ fn first_files(seeds: &[Seed]) -> Vec<Vec<u8>> {
     files
 }
 
-/// As [`plot3d`] takes them.
+/// As [`cut`] takes them apart.
 fn two_files(seeds: &[Seed]) -> Vec<Vec<u8>> {
     let join = |seed: &Seed| {
         let grid = pack(&seed.files[0].1);

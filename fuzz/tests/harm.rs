@@ -133,6 +133,59 @@ const TETRAHEDRON: &str = "<Points><DataArray type=\"Float32\" NumberOfComponent
     <DataArray type=\"Int64\" Name=\"offsets\">4</DataArray>\
     <DataArray type=\"UInt8\" Name=\"types\">10</DataArray></Cells>";
 
+/// A tetrahedron in Gmsh's format 2.2, of which counts may lie.
+fn gmsh_22(nodes: &str, elements: &str) -> String {
+    format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{nodes}\n1 0 0 0\n2 1 0 0\n3 0 1 0\n\
+         4 0 0 1\n$EndNodes\n$Elements\n{elements}\n1 4 2 0 1 1 2 3 4\n$EndElements\n"
+    )
+}
+
+/// The same in format 4.1, with the count in the head of a section and in its block.
+fn gmsh_41(nodes: &str, elements: &str) -> String {
+    format!(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 {nodes} 1 {nodes}\n3 1 0 {nodes}\n1\n2\n\
+         3\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n$Elements\n1 {elements} 1 {elements}\n\
+         3 1 4 {elements}\n1 1 2 3 4\n$EndElements\n"
+    )
+}
+
+// Were these refused as they should be, too, the counts would not be what is refused.
+#[test]
+fn files_whose_counts_are_right_are_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, file) in [("a.msh", gmsh_22("4", "1")), ("b.msh", gmsh_41("4", "1"))] {
+        fs::write(folder.path().join(name), file).expect("written");
+        open(&folder.path().join(name)).expect(name);
+    }
+}
+
+#[test]
+fn netcdf_files_whose_dimensions_cannot_be_true_are_refused() {
+    let fixture = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let fixture = fixture.join("../crates/io/tests/fixtures/lattice-axes.e");
+    let whole = fs::read(fixture).expect("a fixture");
+    // The length of a dimension comes after its name, padded to 4 bytes.
+    for dimension in ["num_nodes", "num_el_in_blk1", "num_nod_per_el1"] {
+        let name = dimension.as_bytes();
+        let length = (name.len() as u32).to_be_bytes();
+        let key = [&length[..], name].concat();
+        let at = whole.windows(key.len()).position(|window| window == key);
+        let at = (at.expect(dimension) + key.len()).next_multiple_of(4);
+        for huge in [u32::MAX, 1 << 31, i32::MAX as u32] {
+            let mut file = whole.clone();
+            file[at..at + 4].copy_from_slice(&huge.to_be_bytes());
+            refused(&vec![("a.e", file)], "a.e at ");
+        }
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.e");
+    for length in (0..whole.len()).step_by(5) {
+        fs::write(&path, &whole[..length]).expect("written");
+        open(&path).expect_err("it is truncated");
+    }
+}
+
 #[test]
 fn counts_of_2_to_the_63_are_refused() {
     for huge in HUGE {
@@ -195,6 +248,39 @@ fn counts_of_2_to_the_63_are_refused() {
             "NRRD0004\ntype: uchar\nsizes: 2 2 2\nencoding: raw\nline skip: {huge}\n\n01234567"
         );
         refused(&text("a.nrrd", skip), "a.nrrd at ");
+    }
+    for huge in HUGE {
+        for (nodes, elements) in [(huge, "1"), ("4", huge)] {
+            refused(&text("a.msh", gmsh_22(nodes, elements)), "a.msh at ");
+            refused(&text("a.msh", gmsh_41(nodes, elements)), "a.msh at ");
+        }
+        let extent = format!("0 {huge} 0 {huge} 0 {huge}");
+        let axes = "<DataArray type=\"UInt8\">0 1</DataArray>".repeat(3);
+        let file = format!(
+            "<VTKFile type=\"RectilinearGrid\"><RectilinearGrid WholeExtent=\"{extent}\">\
+             <Piece Extent=\"{extent}\"><Coordinates>{axes}</Coordinates></Piece>\
+             </RectilinearGrid></VTKFile>"
+        );
+        refused(&text("a.vtr", file), "a.vtr at ");
+        let file = format!(
+            "<VTKFile type=\"StructuredGrid\"><StructuredGrid WholeExtent=\"{extent}\">\
+             <Piece Extent=\"{extent}\"><Points><DataArray type=\"UInt8\" \
+             NumberOfComponents=\"3\">0 0 0</DataArray></Points></Piece></StructuredGrid></VTKFile>"
+        );
+        refused(&text("a.vts", file), "a.vts at ");
+        let polyhedron = TETRAHEDRON.replace(">10<", ">42<").replace("</Cells>", "");
+        for faces in [
+            format!("{huge} 3 0 1 2"),
+            format!("4 {huge} 0 1 2"),
+            format!("4 3 0 1 {huge} 3 0 1 3 3 1 2 3 3 0 2 3"),
+        ] {
+            let faces = format!(
+                "<DataArray type=\"Int64\" Name=\"faces\">{faces}</DataArray>\
+                 <DataArray type=\"Int64\" Name=\"faceoffsets\">17</DataArray></Cells>"
+            );
+            let file = vtu("4", "1", &format!("{polyhedron}{faces}"), "");
+            refused(&file, "a.vtu at ");
+        }
     }
     let below = "<VTKFile type=\"ImageData\"><ImageData WholeExtent=\"-9223372036854775808 \
         9223372036854775807 0 1 0 1\"><Piece/></ImageData></VTKFile>";
@@ -306,6 +392,20 @@ fn arrays_that_all_lie_at_one_place_are_refused() {
     open(&folder.path().join("a.vti")).expect("one array is right");
 }
 
+/// Lists of pieces and of blocks that name `files`.
+fn lists(files: &[&str]) -> [(&'static str, Vec<u8>); 2] {
+    let entries = |before: &str| -> String {
+        let entry = |file: &&str| format!("<{before}=\"{file}\"/>");
+        files.iter().map(entry).collect()
+    };
+    let list = |kind: &str, entries: String| {
+        format!("<VTKFile type=\"{kind}\"><{kind}>{entries}</{kind}></VTKFile>").into_bytes()
+    };
+    let pieces = list("PUnstructuredGrid", entries("Piece Source"));
+    let blocks = list("vtkMultiBlockDataSet", entries("DataSet file"));
+    [("a.pvtu", pieces), ("a.vtm", blocks)]
+}
+
 #[test]
 fn files_that_are_named_again_are_refused() {
     let samples = || ("s.raw", vec![7u8; 4]);
@@ -325,6 +425,19 @@ fn files_that_are_named_again_are_refused() {
     refused(&text("a.pvd", file), "lists other files itself");
     let file = "{\"files\": [{\"name\": \"a.series\", \"time\": 0}]}";
     refused(&text("a.series", file), "lists other files itself");
+    let mesh = vtu("4", "1", TETRAHEDRON, "").remove(0).1;
+    for second in ["s.vtu", "./s.vtu", "././s.vtu"] {
+        for (name, list) in lists(&["s.vtu", second]) {
+            let files = vec![(name, list), ("s.vtu", mesh.clone())];
+            refused(&files, "is listed twice");
+        }
+    }
+    for (name, list) in lists(&["a.pvtu"]) {
+        refused(
+            &vec![("a.pvtu", list)],
+            if name == "a.pvtu" { "" } else { "no mesh" },
+        );
+    }
 }
 
 #[test]
@@ -361,6 +474,12 @@ fn names_that_lead_out_of_a_folder_are_refused() {
         let file =
             format!("<VTKFile type=\"Collection\"><Collection>{entry}</Collection></VTKFile>");
         refused(&text("a.pvd", file), &words);
+        for list in lists(&[name]) {
+            refused(
+                &vec![list],
+                "is not in the folder of the file that lists it",
+            );
+        }
     }
 }
 

@@ -119,6 +119,7 @@ pub const LOOPS: &[Loop] = &[
     of("slicing/rays.wgsl", "seek", Counted, "boxes that a run of slabs passes, in the loop around it"),
     of("slicing/rays.wgsl", "fs_run", InAll(RUN_PASSES as u64), "ends of slabs of a run; `slabs_per_run` of tetrascope-slicing says how many that are"),
     of("slicing/rays.wgsl", "fs_run_surface", InAll(RUN_PASSES as u64), "slabs of a run, the same"),
+    of("slicing/corners.wgsl", "corners", AtMost(2), "layers of a cell"),
     of("slicing/slab.wgsl", "in_volume", AtMost(3), "axes"),
     of("slicing/slab.wgsl", "gradient_at", AtMost(3), "axes"),
     of("slicing/slab.wgsl", "next_plane", AtMost(3), "axes"),

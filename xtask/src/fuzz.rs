@@ -109,9 +109,19 @@ impl Place {
         self.folder.join("faults")
     }
 
-    /// Seeds and words.
+    /// Seeds, words and lengths.
     fn guide(&self) -> PathBuf {
         self.folder.join("guide")
+    }
+
+    /// The bytes of a target's longest input. What is longer is read more slowly, and finds
+    /// little more.
+    fn longest(&self, name: &str) -> Result<u64, Error> {
+        let path = self.guide().join(format!("{name}.len"));
+        let text = fs::read_to_string(&path).map_err(io("cannot read", &path))?;
+        text.trim()
+            .parse()
+            .map_err(|_| failed(format!("{} holds no number", path.display())))
     }
 
     /// All inputs that were worth keeping.
@@ -233,7 +243,7 @@ fn build(interrupted: &AtomicUsize) -> Result<PathBuf, Error> {
         .ok_or_else(|| failed(format!("no targets in {}", built.display())))
 }
 
-/// Writes seeds and words.
+/// Writes seeds, words and lengths.
 fn guide(place: &Place, interrupted: &AtomicUsize) -> Result<(), Error> {
     let mut write = cargo(root(), "run");
     write.args(["--quiet", "--package", "tetrascope-fuzz", "--", "guide"]);
@@ -280,7 +290,7 @@ fn turn(
     command.arg(format!("-max_total_time={}", options.seconds));
     command.arg(format!("-timeout={TIME_LIMIT}"));
     command.arg(format!("-rss_limit_mb={MEGABYTES}"));
-    command.arg(format!("-max_len={LONGEST}"));
+    command.arg(format!("-max_len={}", place.longest(name)?));
     command.arg(format!(
         "-artifact_prefix={}/{name}-",
         place.faults().display()
@@ -316,9 +326,6 @@ fn turn(
     count.faults = kept.max(u64::from(!is_ended));
     Ok(count)
 }
-
-/// Bytes of an input at most. What is longer is read more slowly, and finds little more.
-const LONGEST: u64 = 2048;
 
 /// What a target did.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -487,7 +494,7 @@ fn minimise(
 ) -> Result<(), Error> {
     let folder = corpus(name);
     let all = [place.found(name), folder.clone(), place.guide().join(name)];
-    let mut longest = LONGEST;
+    let mut longest = place.longest(name)?;
     loop {
         let scratch = scratch()?;
         let (short, merged) = (scratch.path().join("short"), scratch.path().join("merged"));
@@ -506,7 +513,7 @@ fn minimise(
         let mut merge = Command::new(program);
         merge.args(["-set_cover_merge=1", "-use_counters=0"]);
         merge.args([&merged, &short]);
-        merge.arg(format!("-max_len={LONGEST}"));
+        merge.arg(format!("-max_len={longest}"));
         merge.env("TMPDIR", scratch.path());
         merge.stdout(Stdio::null()).stderr(Stdio::null());
         if !finish(&mut merge, interrupted)?.success() {

@@ -16,9 +16,11 @@ pub(crate) struct Work {
     pub(crate) by_cells: bool,
 }
 
-/// Cells that a slab crosses, as in `slab.wgsl`, each with the search for the next plane.
+/// Cells that a slab crosses, as in `slab.wgsl`, each with the search for the next plane and the
+/// layers of its corners.
 const MOST_CELLS: u64 = 13;
 const NEXT_PLANE: u64 = 4;
+const LAYERS: u64 = 3;
 
 /// Of a slab: two ends, for each of which boxes are sought, and what a branch around a loop takes.
 const ENDS: u64 = 16;
@@ -44,7 +46,7 @@ fn passes_of_slab(work: Work) -> u64 {
     // A loop of n passes counts n + 1.
     let search = |n: usize| 2 + u64::from(n.max(1).ilog2());
     let cells = match work.by_cells {
-        true => MOST_CELLS * (1 + NEXT_PLANE) + 1,
+        true => MOST_CELLS * (1 + NEXT_PLANE + LAYERS) + 1,
         false => 0,
     };
     if work.model == OpticalModel::Isosurfaces {
