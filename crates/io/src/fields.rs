@@ -28,11 +28,9 @@ pub(crate) trait Numbers: Debug + Send + Sync {
 }
 
 /// Numbers in memory.
-#[cfg(test)]
 #[derive(Debug)]
 pub(crate) struct Loaded(pub(crate) Vec<f64>);
 
-#[cfg(test)]
 impl Numbers for Loaded {
     fn each(&self, each: &mut dyn FnMut(f64)) -> Result<(), Error> {
         self.0.iter().for_each(|&value| each(value));

@@ -1,10 +1,10 @@
-//! Files in and out: meshes and grids from many formats, images as PNG, EXR and NPY, and
-//! grids as `.vti`.
+//! Files in and out: meshes and grids from many formats, images as PNG, EXR and NPY, grids as
+//! `.vti` and meshes as `.vtu`.
 //!
 //! [`read_file`] finds out the format and returns [`MeshData`], which is points, cells,
 //! every scalar field, and what was noticed on the way, or [`GridData`], which is samples
 //! and where they lie. [`read_collection`] lists the files of a series. [`write_image`] writes a frame with its metadata, [`write_grid`] and
-//! [`write_vti`] the samples of a grid, whole or not at all.
+//! [`write_vti`] the samples of a grid, [`write_vtu`] a mesh with all its fields, whole or not at all.
 //!
 //! | format | what is read |
 //! |---|---|
@@ -85,6 +85,7 @@
 //! # Ok::<(), tetrascope_core::Error>(())
 //! ```
 
+mod appended;
 pub mod collection;
 #[cfg(feature = "exodus")]
 pub mod exodus;
@@ -102,11 +103,13 @@ pub mod vtk;
 pub mod vtu;
 mod whole_file;
 
+pub use appended::Compression;
 pub use collection::{Step, is_collection, read_collection};
 pub use grid::{FieldSamples, GridData, GridField, RawFile};
 pub use image::{encode_exr, encode_npy, encode_png, write_file, write_image};
 pub use mesh_data::{MeshData, MeshField};
 pub use read::{FileData, ReadOptions, read_file, read_mesh};
-pub use vti::{COVERAGE, Compression, write_grid, write_vti};
+pub use vti::{COVERAGE, write_grid, write_vti};
 pub(crate) use vtk::parse_float;
+pub use vtu::write_vtu;
 pub use whole_file::{TemporaryFolder, remove_temporary_files_and};

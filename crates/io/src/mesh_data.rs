@@ -1,6 +1,7 @@
 //! What a mesh reader returns.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,7 +11,7 @@ use tetrascope_core::mesh::{Association, volume_corners};
 use tetrascope_core::{Cells, Error, Scalars, TetMesh};
 
 use crate::fields::{
-    Array, Choice, GHOST_LEVELS, MOST_COMPONENTS, Part, association_name, choose, is_wide,
+    Array, Choice, GHOST_LEVELS, Loaded, MOST_COMPONENTS, Part, association_name, choose, is_wide,
 };
 use crate::polyhedra::{Added, Polyhedra};
 use crate::source::{Source, count, reserve, room};
@@ -135,12 +136,33 @@ impl MeshData {
     /// If there are not so many fields.
     pub fn scalars(&self, field: usize) -> Result<Scalars, Error> {
         let MeshField {
-            name,
-            association,
-            array,
-            part,
-            ..
+            name, array, part, ..
         } = &self.fields[field];
+        let array = &self.arrays[*array];
+        Ok(Scalars {
+            name: name.clone(),
+            association: array.association,
+            values: self.values(array, *part)?,
+        })
+    }
+
+    /// All numbers of an array: those of the first point or cell, then those of the next.
+    pub(crate) fn tuples(&self, array: &Array) -> Result<Vec<f64>, Error> {
+        if array.components == 1 {
+            return self.values(array, Part::Component(0));
+        }
+        let parts = (0..array.components).map(|c| self.values(array, Part::Component(c)));
+        let parts = parts.collect::<Result<Vec<_>, _>>()?;
+        let mut tuples = room(parts.iter().map(Vec::len).sum())?;
+        for i in 0..parts[0].len() {
+            tuples.extend(parts.iter().map(|part| part[i]));
+        }
+        Ok(tuples)
+    }
+
+    /// What a part of an array is at each point or cell.
+    fn values(&self, array: &Array, part: Part) -> Result<Vec<f64>, Error> {
+        let association = array.association;
         let needed = match (association, &self.added) {
             (Association::Point, None) => self.points.len(),
             (Association::Point, Some(added)) => self.points.len() - added.points(),
@@ -148,7 +170,7 @@ impl MeshData {
             (Association::Cell, Some(added)) => added.copies.len(),
         };
         let mut values = room(needed)?;
-        self.each_tuple(&self.arrays[*array], |tuple| {
+        self.each_tuple(array, |tuple| {
             // The array was counted when it was found.
             if values.len() < needed {
                 values.push(part.of(tuple));
@@ -159,11 +181,73 @@ impl MeshData {
             (Association::Point, Some(added)) => added.extend_points(&mut values)?,
             (Association::Cell, Some(added)) => values = added.spread_cells(&values)?,
         }
-        Ok(Scalars {
-            name: name.clone(),
-            association: *association,
+        Ok(values)
+    }
+
+    /// A mesh in memory as a reader returns one, with its scalars for a field; for example to
+    /// write it.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn of(mesh: &TetMesh) -> Result<MeshData, Error> {
+        let cells = match mesh.cells() {
+            Some(cells) => (**cells).clone(),
+            None => {
+                let corners = mesh.tetrahedra().as_flattened();
+                Cells {
+                    types: vec![10; mesh.tetrahedra().len()], // VTK_TETRA
+                    offsets: (0..=corners.len() as u64).step_by(4).collect(),
+                    connectivity: corners.iter().map(|&point| point.into()).collect(),
+                }
+            }
+        };
+        let data = MeshData {
+            points: mesh.points().to_vec(),
+            cells,
+            ..MeshData::default()
+        };
+        let Scalars {
+            name,
+            association,
+            mut values,
+        } = mesh.scalars().clone();
+        if association == Association::Cell && mesh.cells().is_none() {
+            let of_cell = (0..mesh.cell_count()).map(|cell| values[mesh.source_cell(cell)]);
+            values = of_cell.collect();
+        }
+        let tuples = values.len();
+        let numbers = Arc::new(Loaded(values));
+        data.with_arrays(vec![Array::scalar(&name, association, tuples, numbers)])
+    }
+
+    /// This mesh with field number `field` alone.
+    ///
+    /// # Errors
+    /// As [`MeshData::scalars`].
+    ///
+    /// # Panics
+    /// If there are not so many fields.
+    pub fn with_field(mut self, field: usize) -> Result<MeshData, Error> {
+        let Scalars {
+            name,
+            association,
             values,
-        })
+        } = self.scalars(field)?;
+        let tuples = values.len();
+        let numbers = Arc::new(Loaded(values));
+        let alone = MeshData {
+            points: std::mem::take(&mut self.points),
+            cells: std::mem::take(&mut self.cells),
+            notes: std::mem::take(&mut self.notes),
+            files: std::mem::take(&mut self.files),
+            ..MeshData::default()
+        };
+        alone.with_arrays(vec![Array::scalar(&name, association, tuples, numbers)])
+    }
+
+    fn with_arrays(mut self, arrays: Vec<Array>) -> Result<MeshData, Error> {
+        self.add_fields(arrays)?;
+        Ok(self)
     }
 
     /// The tetrahedra of this mesh with one of its fields, chosen as by
@@ -438,10 +522,7 @@ fn short(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
-    use crate::fields::Loaded;
 
     fn array(name: &str, association: Association, values: &[f64]) -> Array {
         Array {

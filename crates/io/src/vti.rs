@@ -1,37 +1,19 @@
 //! Regular grids out: VTK XML images (`.vti`).
 //!
-//! Arrays are appended raw, little-endian, with headers of 64 bits, and compressed by zlib if
-//! that is asked for. VTK, ParaView and our own reader take all of it.
+//! VTK, ParaView and our own reader take all of it.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use flate2::write::ZlibEncoder;
 use quick_xml::escape::escape;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::{Interpolation, Lattice, SampleType, Samples};
 use tetrascope_core::{Error, Grid};
 
+use crate::appended::{Appended, BLOCK, Compression};
 use crate::image::extension;
 use crate::whole_file::{check_writable, write_with};
-
-/// How a file's numbers are packed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Compression {
-    /// Not at all: the numbers can be read from the file a few at a time.
-    #[default]
-    None,
-    /// zlib, in blocks (`vtkZLibDataCompressor`).
-    Zlib,
-}
-
-/// Bytes of a block before it is compressed: a multiple of every sample's size, and large
-/// beside the 8 bytes that a block takes in the header.
-const BLOCK: usize = 1 << 18;
-
-/// Digits that suffice for any offset.
-const DIGITS: usize = 20;
 
 /// Refuses at once what [`write_vti`] would refuse after the work is done: another extension,
 /// a folder that does not exist or cannot be written to, and a folder in the file's place.
@@ -127,10 +109,6 @@ fn write(
     arrays: &[(&str, &Samples)],
     compression: Compression,
 ) -> io::Result<()> {
-    let compressor = match compression {
-        Compression::None => "",
-        Compression::Zlib => " compressor=\"vtkZLibDataCompressor\"",
-    };
     let (data, half) = match lattice.interpolation {
         Interpolation::Linear => ("PointData", 0.0),
         Interpolation::Nearest => ("CellData", 0.5),
@@ -146,12 +124,7 @@ fn write(
     let spacing = numbers(&lattice.spacing.to_array());
     // Row by row, the axes as columns.
     let direction = numbers(&lattice.direction.transpose().to_cols_array());
-    writeln!(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>")?;
-    writeln!(
-        out,
-        "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
-         header_type=\"UInt64\"{compressor}>"
-    )?;
+    let mut appended = Appended::begin(out, "ImageData", compression)?;
     writeln!(
         out,
         "<ImageData WholeExtent=\"{extent}\" Origin=\"{origin}\" Spacing=\"{spacing}\" \
@@ -159,8 +132,6 @@ fn write(
     )?;
     writeln!(out, "<Piece Extent=\"{extent}\">")?;
     writeln!(out, "<{data} Scalars=\"{}\">", escape(arrays[0].0))?;
-    // Where an array's offset stands, which is known once those before it are compressed.
-    let mut places = Vec::new();
     for (name, samples) in arrays {
         let number = match samples.sample_type() {
             SampleType::U8 => "UInt8",
@@ -168,59 +139,13 @@ fn write(
             SampleType::I16 => "Int16",
             SampleType::F32 => "Float32",
         };
-        write!(
-            out,
-            "<DataArray type=\"{number}\" Name=\"{}\" format=\"appended\" ",
-            escape(*name)
-        )?;
-        places.push(out.stream_position()?);
-        writeln!(out, "{}/>", " ".repeat("offset=\"\"".len() + DIGITS))?;
+        let attributes = format!("type=\"{number}\" Name=\"{}\"", escape(*name));
+        appended.element(out, &attributes, samples.bytes(), |out| {
+            blocks(samples).try_for_each(|block| out.write_all(&block))
+        })?;
     }
     writeln!(out, "</{data}>\n</Piece>\n</ImageData>")?;
-    write!(out, "<AppendedData encoding=\"raw\">\n_")?;
-    let start = out.stream_position()?;
-    for ((_, samples), place) in arrays.iter().zip(places) {
-        let offset = out.stream_position()? - start;
-        overwrite(out, place, format!("offset=\"{offset}\"").as_bytes())?;
-        match compression {
-            Compression::None => {
-                out.write_all(&samples.bytes().to_le_bytes())?;
-                blocks(samples).try_for_each(|block| out.write_all(&block))?;
-            }
-            Compression::Zlib => write_compressed(out, samples)?,
-        }
-    }
-    write!(out, "\n</AppendedData>\n</VTKFile>\n")
-}
-
-/// Writes `bytes` at `place` and goes on behind what is there.
-fn overwrite(out: &mut (impl Write + Seek), place: u64, bytes: &[u8]) -> io::Result<()> {
-    let end = out.stream_position()?;
-    out.seek(SeekFrom::Start(place))?;
-    out.write_all(bytes)?;
-    out.seek(SeekFrom::Start(end)).map(drop)
-}
-
-/// The number of blocks, their size, that of the last if it is shorter (else 0), how long each
-/// is compressed, and the blocks (*VTK XML Formats*).
-fn write_compressed(out: &mut (impl Write + Seek), samples: &Samples) -> io::Result<()> {
-    let bytes = samples.bytes();
-    let count = bytes.div_ceil(BLOCK as u64);
-    for number in [count, BLOCK as u64, bytes % BLOCK as u64] {
-        out.write_all(&number.to_le_bytes())?;
-    }
-    let sizes = out.stream_position()?;
-    let room = vec![0; 8 * count as usize];
-    out.write_all(&room)?;
-    let mut lengths = Vec::with_capacity(room.len());
-    for block in blocks(samples) {
-        let mut encoder = ZlibEncoder::new(Vec::new(), flate2::Compression::default());
-        encoder.write_all(&block)?;
-        let packed = encoder.finish()?;
-        lengths.extend((packed.len() as u64).to_le_bytes());
-        out.write_all(&packed)?;
-    }
-    overwrite(out, sizes, &lengths)
+    appended.finish(out)
 }
 
 /// The samples as little-endian bytes, [`BLOCK`] at a time.

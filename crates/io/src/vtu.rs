@@ -43,6 +43,7 @@ mod image;
 mod listed;
 mod stored;
 pub(crate) mod structured;
+mod write;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -51,6 +52,8 @@ use glam::DVec3;
 use tetrascope_core::Error;
 use tetrascope_core::glam;
 use tetrascope_core::mesh::{Association, volume_corners};
+
+pub use self::write::{check_path, write_vtu};
 
 pub(crate) use self::document::{attributes, line};
 pub(crate) use self::encoding::to_utf8;

@@ -100,6 +100,21 @@ pub fn load_step(source: &VolumeSource, previous: Option<&Volume>) -> Result<Loa
     }
 }
 
+/// Reads or makes what `source` names, with every field: what [`load`] chooses one from.
+///
+/// # Errors
+/// As [`load`], but for fields.
+pub fn read(source: &VolumeSource) -> Result<FileData, Error> {
+    Ok(match open(source)? {
+        Opened::Mesh(data) => FileData::Mesh(data),
+        Opened::Grid(data) => FileData::Grid(data),
+        Opened::Dataset(name) => match from_dataset(name, source)?.volume {
+            Volume::Mesh(mesh) => FileData::Mesh(MeshData::of(&mesh)?),
+            _ => unreachable!("a grid was opened as one"),
+        },
+    })
+}
+
 /// As [`load`], but a mesh without a field or without volume cells is described too.
 ///
 /// # Errors

@@ -2,6 +2,8 @@
 
 mod bad_input;
 mod choose;
+#[cfg(feature = "resample")]
+mod convert;
 mod faults;
 mod first;
 mod grids;

@@ -45,6 +45,7 @@ Examples:
   tetrascope render mesh.vtu --error 1e-3
   tetrascope render mesh.vtu --budget 16ms --memory 2GB
   tetrascope render 'step_*.vtu' -o frame_%04d.png
+  tetrascope convert mesh.msh -o mesh.vtu
   tetrascope resample mesh.vtu --dims 256 --all-fields -o grid.vti
   tetrascope voxelize mesh.vtu --dims 128 --samples 3 -o grid.vti
   tetrascope slice mesh.vtu --plane 0,0,0,1,1,0 -o slice.png
@@ -87,6 +88,8 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Describe a mesh or a grid: cells, fields, bounds, problems
     Info(InfoArgs),
+    /// Write a mesh as .vtu or a grid as .vti, which VTK, ParaView and meshio read
+    Convert(ConvertArgs),
     /// Take samples of a mesh on a regular grid and write them as a .vti file
     #[cfg(feature = "resample")]
     Resample(ResampleArgs),
@@ -203,6 +206,21 @@ pub(crate) struct InfoArgs {
     /// A file with a mesh or a grid, or a data set's name
     #[arg(value_name = "FILE|DATASET")]
     pub(crate) volume: PathBuf,
+    #[command(flatten)]
+    pub(crate) options: VolumeArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct ConvertArgs {
+    /// A file with a mesh or a grid, or a data set's name
+    #[arg(value_name = "FILE|DATASET")]
+    pub(crate) volume: PathBuf,
+    /// Where to write: .vtu for a mesh, .vti for a grid [default: NAME.vtu or NAME.vti here]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Compress the file (zlib)
+    #[arg(long)]
+    pub(crate) compress: bool,
     #[command(flatten)]
     pub(crate) options: VolumeArgs,
 }

@@ -1,11 +1,12 @@
 //! The command line of Tetrascope.
 //!
-//! [`args`] says what can be typed; one module each runs `render`, `info` and the
-//! lists; [`scene`] makes a scene from options; [`series`] draws several files as `render` does one;
+//! [`args`] says what can be typed; one module each runs `render`, `info`,
+//! `convert` and the lists; [`scene`] makes a scene from options; [`series`] draws several files as `render` does one;
 //! [`output`] is all that is printed:
 //! results on stdout, everything else on stderr.
 
 mod args;
+mod convert;
 mod info;
 mod lists;
 #[cfg(any(feature = "resample", feature = "voxel-hw"))]
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
     let done = match &cli.command {
         Command::Render(args) => render::run(args, &output),
         Command::Info(args) => info::run(args, &output),
+        Command::Convert(args) => convert::run(args, &output),
         #[cfg(feature = "voxel-hw")]
         Command::Voxelize(args) => voxelize::voxelize(args, &output),
         #[cfg(feature = "voxel-hw")]
