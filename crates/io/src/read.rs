@@ -48,14 +48,10 @@ pub enum FileData {
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .vtr), legacy VTK (.vtk), Gmsh (.msh) and Exodus in netCDF (.e .exo .ex2), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .pvts, .vtr, .pvtr), legacy VTK (.vtk), Gmsh (.msh) and Exodus in netCDF (.e .exo .ex2), and grids as .vti, .pvti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
-const NOT_READ: [(&[&str], &str); 9] = [
-    (
-        &["pvti", "pvts", "pvtr"],
-        "a VTK file that lists other files; give one of these",
-    ),
+const NOT_READ: [(&[&str], &str); 8] = [
     (
         &["pvd", "series"],
         "a list of the files of a series; give one of these files, or draw it as a series",
@@ -237,7 +233,7 @@ impl Format {
         let utf16 = [b"\xff\xfe", b"\xfe\xff", b"<\0", b"\0<"];
         let is_xml = matches!(
             extension,
-            "vtu" | "vti" | "vts" | "vtr" | "pvtu" | "vtm" | "vtmb"
+            "vtu" | "vti" | "vts" | "vtr" | "pvtu" | "pvti" | "pvts" | "pvtr" | "vtm" | "vtmb"
         );
         if is_xml && utf16.iter().any(|mark| head.starts_with(*mark)) {
             return refuse("this is text in UTF-16; save it as UTF-8");
