@@ -53,7 +53,7 @@ use tetrascope_core::Error;
 use tetrascope_core::glam;
 use tetrascope_core::mesh::{Association, volume_corners};
 
-pub(crate) use self::document::{attributes, line};
+pub(crate) use self::document::{Attributes, attributes, line};
 pub(crate) use self::encoding::to_utf8;
 
 use self::decode::Decoder;

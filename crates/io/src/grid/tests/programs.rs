@@ -1,0 +1,340 @@
+//! Files of other programs, and what these read in them: see `make_grids.py` beside the fixtures.
+
+use serde_json::{Map, Value};
+
+use super::*;
+use crate::MeshData;
+
+fn fixture(name: &str) -> std::path::PathBuf {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/grids");
+    folder.join(name)
+}
+
+fn read_any(name: &str, options: &ReadOptions) -> FileData {
+    read_file(&fixture(name), options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn read_fixture(name: &str, options: &ReadOptions) -> GridData {
+    read_with(&fixture(name), options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Of each file each field's samples, `[x, y, z, value]`.
+fn expected() -> Map<String, Value> {
+    let text = std::fs::read_to_string(fixture("expected.json")).expect("a fixture");
+    serde_json::from_str(&text).expect("as the script writes it")
+}
+
+/// Samples by position, ordered.
+type Samples4 = Vec<[f64; 4]>;
+
+fn ordered(mut samples: Samples4) -> Samples4 {
+    // Positions of these files differ by a tenth and more, or by rounding.
+    samples.sort_by_key(|[x, y, z, _]| [x, y, z].map(|c| (c * 20.0).round() as i64));
+    samples
+}
+
+fn samples_of(field: &GridField) -> Samples4 {
+    let [nx, ny, nz] = field.lattice.dims;
+    let all = Region {
+        low: [0; 3],
+        size: [nx, ny, nz],
+    };
+    let samples = match &field.samples {
+        FieldSamples::Loaded(samples) => samples.clone(),
+        FieldSamples::Streamed(stream) => stream.source().read(all).expect("all are there"),
+    };
+    let sample = |i: usize| {
+        let index = [i % nx, i / nx % ny, i / (nx * ny)].map(|n| n as f64);
+        let [x, y, z] = field.lattice.point(DVec3::from_array(index)).to_array();
+        [x, y, z, samples.get(i) + field.offset]
+    };
+    assert_eq!(samples.len(), nx * ny * nz);
+    ordered((0..samples.len()).map(sample).collect())
+}
+
+/// The values of a mesh's field, at its points or at the means of its cells' corners. Pieces of a
+/// mesh have points and cells of their own where they meet or overlap, which count once.
+fn values_of(data: &MeshData, name: &str) -> Samples4 {
+    let field = data.field(Some(name)).expect("it is listed");
+    let center = |range: &[u64]| {
+        let corners = &data.cells.connectivity[range[0] as usize..range[1] as usize];
+        let sum: DVec3 = corners.iter().map(|i| data.points[*i as usize]).sum();
+        sum / corners.len() as f64
+    };
+    let places: Vec<DVec3> = match field.association {
+        Association::Point => data.points.clone(),
+        Association::Cell => data.cells.offsets.windows(2).map(center).collect(),
+    };
+    assert_eq!(places.len(), field.values.len());
+    let rows = places.iter().zip(&field.values);
+    let mut rows = ordered(rows.map(|(p, value)| [p.x, p.y, p.z, *value]).collect());
+    rows.dedup_by(|a, b| (0..4).all(|i| (a[i] - b[i]).abs() < 1e-9));
+    rows
+}
+
+/// Compares what is read with what the file's own program reads, field by field.
+fn check(name: &str, data: &FileData, fields: &Value) {
+    let fields = fields.as_object().expect("fields");
+    let own: Vec<(&str, Samples4)> = match data {
+        FileData::Grid(data) => {
+            let fields = data.fields.iter();
+            fields.map(|f| (f.name.as_str(), samples_of(f))).collect()
+        }
+        FileData::Mesh(data) => {
+            let names = ["p", "c"];
+            assert_eq!(data.fields.len(), names.len());
+            names.map(|field| (field, values_of(data, field))).into()
+        }
+    };
+    let mut names: Vec<&str> = own.iter().map(|(name, _)| *name).collect();
+    names.sort_unstable();
+    let mut others: Vec<&String> = fields.keys().collect();
+    others.sort_unstable();
+    assert_eq!(names, others, "{name}");
+    for (field, own) in own {
+        let rows = fields[field].as_array().expect("rows").iter();
+        let row = |row: &Value| [0, 1, 2, 3].map(|i| row[i].as_f64().expect("a number"));
+        let others = ordered(rows.map(row).collect());
+        assert_eq!(own.len(), others.len(), "{name}: {field}");
+        for (own, other) in own.iter().zip(&others) {
+            let near = (0..3).all(|i| (own[i] - other[i]).abs() < 1e-4);
+            // Values that are scaled were rounded to 32-bit floats, all others are the same.
+            let same = (own[3] - other[3]).abs() <= 1e-7 * other[3].abs();
+            assert!(near && same, "{name}: {field}: {own:?} for {other:?}");
+        }
+    }
+}
+
+#[test]
+fn files_are_read_as_their_programs_read_them() {
+    let mut count = 0;
+    for (name, fields) in expected() {
+        check(&name, &read_any(&name, &ReadOptions::default()), &fields);
+        count += 1;
+    }
+    assert!(count > 60, "{count} files");
+}
+
+// What stands in its file as it is stays there, and is the same.
+#[test]
+fn files_that_stay_where_they_are_are_read_alike() {
+    let streamed = [
+        "pair.hdr",
+        "c.npy",
+        "fortran.npy",
+        "frames-C.npy",
+        "types.npz",
+        "mode-1.mrc",
+        "mode-2.mrc",
+        "origin.map",
+        "volumes.mrc",
+        "axes.ccp4",
+        "big.mrc",
+        "imagej.tif",
+        "imagej-truncated.tif",
+        "ome.ome.tif",
+        "plain-uint16.tif",
+        "white-plain.tif",
+        "bigtiff.tif",
+        "shaped.tif",
+    ];
+    let options = ReadOptions {
+        stream_above: 0,
+        ..ReadOptions::default()
+    };
+    for (name, fields) in expected() {
+        let data = read_any(&name, &options);
+        check(&name, &data, &fields);
+        let FileData::Grid(data) = data else {
+            continue;
+        };
+        let is_streamed = |f: &GridField| matches!(f.samples, FieldSamples::Streamed(_));
+        if streamed.contains(&name.as_str()) {
+            assert!(data.fields.iter().any(is_streamed), "{name}");
+        }
+    }
+}
+
+#[test]
+fn small_numbers_keep_their_types() {
+    for (name, sample_type) in [
+        ("mode-0.mrc", SampleType::I16),
+        ("mode-6.mrc", SampleType::U16),
+        ("mode-12.mrc", SampleType::F32),
+        ("imagej.tif", SampleType::U16),
+        ("plain-uint8.tif", SampleType::U8),
+        ("plain-int16.tif", SampleType::I16),
+        ("frames-C.npy", SampleType::I16),
+        ("channels-F.npy", SampleType::U8),
+    ] {
+        let data = read_fixture(name, &ReadOptions::default());
+        assert_eq!(loaded(&data, 0).1.sample_type(), sample_type, "{name}");
+    }
+}
+
+#[test]
+fn spacing_and_origin_are_given_where_files_do_not_say_them() {
+    let options = ReadOptions {
+        spacing: Some(DVec3::new(0.5, 2.0, 3.0)),
+        origin: Some(DVec3::new(7.0, 8.0, 9.0)),
+        ..ReadOptions::default()
+    };
+    for name in [
+        "c.npy",
+        "fortran.npy",
+        "types.npz",
+        "plain-uint8.tif",
+        "imagej.tif",
+    ] {
+        let data = read_fixture(name, &options);
+        let lattice = data.fields[0].lattice;
+        let last = DVec3::from_array(lattice.dims.map(|n| n as f64 - 1.0));
+        let [x, y, z] = [3.0, 2.0, 1.0]; // of [z, y, x] = [2, 3, 4] samples
+        assert_eq!(lattice.origin, DVec3::new(7.0, 8.0, 9.0), "{name}");
+        let far = DVec3::new(7.0 + 0.5 * x, 8.0 + 2.0 * y, 9.0 + 3.0 * z);
+        assert_eq!(lattice.point(last), far, "{name}");
+    }
+    for name in ["mode-1.mrc", "pair.hdr"] {
+        let error = read_with(&fixture(name), &options).expect_err("it says so itself");
+        assert!(error.to_string().contains("says itself"), "{error}");
+    }
+    let zero = ReadOptions {
+        spacing: Some(DVec3::ZERO),
+        ..ReadOptions::default()
+    };
+    assert!(read_with(&fixture("c.npy"), &zero).is_err());
+    assert!(read_with(&fixture("plain-uint8.tif"), &zero).is_err());
+}
+
+// What is not in the samples is said.
+#[test]
+fn notes_say_what_was_chosen() {
+    for (name, words) in [
+        ("analyze.hdr", "Analyze 7.5, which does not say"),
+        ("two.nii", "stored samples are scaled by 2 and moved by -1"),
+        ("two.nii", "lengths are in millimeters"),
+        (
+            "frames-C.npy",
+            "first axis of [3, 2, 3, 5] is taken for that of frames",
+        ),
+        (
+            "channels-C.npy",
+            "last axis of [2, 3, 4, 3] is taken for that of channels",
+        ),
+        ("channels-C.npy", "holds colors"),
+        ("types.npz", "array 'line' of shape [3] left out"),
+        ("c.npy", "how far apart samples are: 1 is taken"),
+        (
+            "axes.ccp4",
+            "columns run along z, rows along x, sections along y",
+        ),
+        ("origin.map", "lengths are in ångström"),
+        ("imagej.tif", "lengths are in micron"),
+        ("imagej-truncated.tif", "the file has one page"),
+        (
+            "plain-uint8.tif",
+            "how far apart samples are along x and y and z: 1 is taken",
+        ),
+        ("rgb.tif", "holds colors"),
+        ("image.pvti", "3 pieces joined"),
+        ("even.pvtr", "the coordinates are evenly spaced"),
+    ] {
+        let data = read_fixture(name, &ReadOptions::default());
+        let found = data.notes.iter().any(|note| note.contains(words));
+        assert!(found, "{name}: {:?}", data.notes);
+    }
+}
+
+#[test]
+fn pieces_that_are_missing_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = std::fs::read_to_string(fixture("image.pvti")).expect("a fixture");
+    let list = folder.path().join("image.pvti");
+    for piece in ["image-0.vti", "image-1.vti"] {
+        std::fs::copy(fixture(piece), folder.path().join(piece)).expect("copied");
+    }
+    std::fs::write(&list, &text).expect("written");
+    let read = |list: &Path| read_file(list, &ReadOptions::default());
+    let error = read(&list).expect_err("it is not there").to_string();
+    assert!(error.contains("'image-2.vti' is not there"), "{error}");
+    // Neither are samples there that no piece has.
+    let lines = text.lines().filter(|line| !line.contains("image-2"));
+    let fewer: Vec<&str> = lines.collect();
+    std::fs::write(&list, fewer.join("\n")).expect("written");
+    let error = read(&list).expect_err("samples are missing").to_string();
+    assert!(error.contains("where 100 are needed"), "{error}");
+    // Nor cells.
+    let text = std::fs::read_to_string(fixture("curved.pvts")).expect("a fixture");
+    let list = folder.path().join("curved.pvts");
+    std::fs::copy(fixture("curved-0.vts"), folder.path().join("curved-0.vts")).expect("copied");
+    let lines = text
+        .lines()
+        .filter(|line| !line.contains("curved-1") && !line.contains("curved-2"));
+    let fewer: Vec<&str> = lines.collect();
+    std::fs::write(&list, fewer.join("\n")).expect("written");
+    let error = read(&list).expect_err("cells are missing").to_string();
+    assert!(
+        error.contains("pieces with 12 cells where 48 are needed"),
+        "{error}"
+    );
+}
+
+// Every file that was cut or changed is read or refused; nothing else happens.
+#[test]
+fn damaged_files_of_programs_are_read_or_refused() {
+    let names: Vec<String> = expected().keys().cloned().collect();
+    let mut random = 1_u64;
+    let mut next = move |most: usize| {
+        // Xorshift (Marsaglia 2003).
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        (random % most as u64) as usize
+    };
+    // With all of them, as some name others.
+    let folder = tempfile::tempdir().expect("a folder");
+    for entry in std::fs::read_dir(fixture("")).expect("fixtures") {
+        let path = entry.expect("readable").path();
+        let name = path.file_name().expect("a name");
+        std::fs::copy(&path, folder.path().join(name)).expect("copied");
+    }
+    let mut read = 0;
+    for name in names {
+        let whole = std::fs::read(fixture(&name)).expect("a fixture");
+        let path = folder.path().join(&name);
+        for round in 0..60 {
+            let mut bytes = whole.clone();
+            if round % 2 == 0 {
+                bytes.truncate(next(whole.len()));
+            } else {
+                for _ in 0..=next(4) {
+                    // Half of the changes are where headers are, which say more than samples.
+                    let most = if next(2) == 0 {
+                        whole.len().min(400)
+                    } else {
+                        whole.len()
+                    };
+                    bytes[next(most)] = [0, 1, 0x7f, 0xff, next(256) as u8][next(5)];
+                }
+            }
+            std::fs::write(&path, &bytes).expect("written");
+            for above in [0, u64::MAX] {
+                let options = ReadOptions {
+                    stream_above: above,
+                    ..ReadOptions::default()
+                };
+                if let Ok(FileData::Grid(data)) = read_file(&path, &options) {
+                    for field in &data.fields {
+                        let samples = field.lattice.validate().expect("checked");
+                        if let FieldSamples::Loaded(loaded) = &field.samples {
+                            assert_eq!(samples, loaded.len(), "{name}");
+                        }
+                    }
+                    read += 1;
+                }
+            }
+        }
+        std::fs::write(&path, &whole).expect("written");
+    }
+    assert!(read > 100, "{read} files were read");
+}
