@@ -295,7 +295,7 @@ pub(crate) fn no_volume(path: &Path, error: Error) -> Error {
     }
 }
 
-/// Reads samples that are not in a [`Payload`]; see [`Description::read_from`].
+/// Reads samples that are not in a [`Payload`]; see `Description::read_from`.
 pub(crate) type Runs<'a> = &'a mut dyn FnMut(usize, usize) -> Result<Vec<Numbers>, Error>;
 
 impl Description {
@@ -307,6 +307,7 @@ impl Description {
 
     /// Takes the samples from `runs`, which gives as many runs as its second argument says, of
     /// as many numbers each as its first says; the payload then tells their type and file.
+    #[cfg(feature = "tiff")]
     pub(crate) fn read_from(self, path: &Path, runs: Runs) -> Result<GridData, Error> {
         self.finish(path, None, Some(runs))
     }

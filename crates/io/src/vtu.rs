@@ -26,8 +26,10 @@
 //!
 //! The pieces that a `.pvtu` file lists become one mesh, as the pieces of one file do, with
 //! the fields that all of them have; so do those of `.pvts` and `.pvtr` files, and those of
-//! `.pvti` files one image. They fill the whole extent; where they overlap, later ones count. So do the meshes among the blocks of a `.vtm` file,
-//! nested or not; a field is NaN in blocks that lack it, and blocks that are something else
+//! `.pvti` files one image. They fill the whole extent; where they overlap, later ones count.
+//!
+//! The meshes among the blocks of a `.vtm` file, nested or not, become one mesh, too;
+//! a field is NaN in blocks that lack it, and blocks that are something else
 //! or have no volume are left out. Points of pieces that lie at exactly the same place make
 //! neighbors of the cells there. Notes say what was left out and how many points met.
 //!
@@ -53,7 +55,7 @@ use tetrascope_core::Error;
 use tetrascope_core::glam;
 use tetrascope_core::mesh::{Association, volume_corners};
 
-pub(crate) use self::document::{Attributes, attributes, line};
+pub(crate) use self::document::{attributes, line};
 pub(crate) use self::encoding::to_utf8;
 
 use self::decode::Decoder;

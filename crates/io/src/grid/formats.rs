@@ -6,6 +6,7 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 use tetrascope_core::Error;
 
+use super::payload::open_unpacked;
 #[cfg(feature = "tiff")]
 use super::tiff;
 use super::{GridData, mrc, nifti, npy, npz};
@@ -44,15 +45,8 @@ impl GridFormat {
         if nifti::is_nifti(head) || name.ends_with(".nii") || name.ends_with(".nii.gz") {
             return Some(GridFormat::Nifti);
         }
-        if name.ends_with(".img") || name.ends_with(".img.gz") {
-            let begins = |path| {
-                let (reader, _) = super::payload::open_unpacked(path).ok()?;
-                let mut head = Vec::new();
-                reader.take(UNPACKED).read_to_end(&mut head).ok()?;
-                Some(nifti::is_nifti(&head))
-            };
-            let header = nifti::header_of(path)?;
-            return begins(&header)?.then_some(GridFormat::Nifti);
+        if (name.ends_with(".img") || name.ends_with(".img.gz")) && has_header(path) {
+            return Some(GridFormat::Nifti);
         }
         if mrc::is_mrc(head) {
             return Some(GridFormat::Mrc);
@@ -93,4 +87,15 @@ impl GridFormat {
             GridFormat::Tiff => tiff::read(path, options),
         }
     }
+}
+
+/// Whether the header of a NIfTI pair is beside the samples at `path`.
+fn has_header(path: &Path) -> bool {
+    let begins = |header: &Path| {
+        let (reader, _) = open_unpacked(header).ok()?;
+        let mut head = Vec::new();
+        reader.take(UNPACKED).read_to_end(&mut head).ok()?;
+        Some(nifti::is_nifti(&head))
+    };
+    nifti::header_of(path).is_some_and(|header| begins(&header) == Some(true))
 }

@@ -128,8 +128,8 @@ impl Header {
     /// Bytes of the array with its header; `None` if they are beyond counting.
     pub(crate) fn bytes(&self) -> Option<u64> {
         let parts = if self.is_complex { 2 } else { 1 };
-        let sizes = self.shape.iter().map(|size| *size as u64);
-        let count = sizes.fold(Some(parts), |n: Option<u64>, size| n?.checked_mul(size));
+        let mut sizes = self.shape.iter().map(|size| *size as u64);
+        let count = sizes.try_fold(parts, |n: u64, size| n.checked_mul(size));
         let numbers = count?.checked_mul(self.number.size() as u64)?;
         numbers.checked_add(self.length)
     }

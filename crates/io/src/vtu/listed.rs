@@ -10,10 +10,10 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use quick_xml::Reader;
-use quick_xml::events::Event;
+use quick_xml::events::{BytesStart, Event};
 use tetrascope_core::Error;
 
-use super::document::{self, Document, Image, structure};
+use super::document::{self, Document, Image};
 use super::structured::{self, Structure};
 use super::{Fields, Opened, attributes, image, line, read_mesh, to_utf8};
 use crate::collection::MAX_COLLECTION_BYTES;
@@ -96,13 +96,13 @@ pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<FileData, Error> {
     let mut documents = Vec::new();
     for source in &sources {
         let document = Document::parse(source)?;
-        let is_image = matches!(grid, Some(Whole::Image(_)));
-        if document.image.is_some() != is_image {
-            let what = "a piece of an image is not one";
-            if is_image {
-                return Err(source.error("<VTKFile>", what));
-            }
-            let what = "a piece of a mesh is a regular grid, which cannot be";
+        let what = match (document.image.is_some(), &grid) {
+            (true, Some(Whole::Image(_))) => None,
+            (true, _) => Some("a piece of a mesh is a regular grid, which cannot be"),
+            (false, Some(Whole::Image(_))) => Some("a piece of an image is none"),
+            (false, _) => None,
+        };
+        if let Some(what) = what {
             return Err(source.error("<VTKFile>", what));
         }
         documents.push(document);
@@ -145,6 +145,17 @@ enum Whole {
     Structure(Structure),
 }
 
+impl Whole {
+    /// What the element of a list at byte `place` says that its pieces are in.
+    fn of(list: &Source, element: &BytesStart, place: usize) -> Result<Whole, Error> {
+        let attributes = attributes(list, element, place)?;
+        Ok(match element.local_name().as_ref() {
+            "PImageData" => Whole::Image(document::image(list, &attributes, place)?),
+            kind => Whole::Structure(document::structure(list, &attributes, kind, place)?),
+        })
+    }
+}
+
 /// What a VTK XML file holds that is not a mesh.
 fn other_kind(path: &Path) -> Result<Option<String>, Error> {
     let head = Source {
@@ -184,11 +195,7 @@ fn entries(list: &Source, kind: Kind) -> Result<(Vec<Entry>, Option<Whole>), Err
                 let element_kind = element.local_name();
                 let element_kind = element_kind.as_ref();
                 if kind == Kind::Extents && grid.is_none() && element_kind != "VTKFile" {
-                    let attributes = attributes(list, &element, place)?;
-                    grid = Some(match element_kind {
-                        "PImageData" => Whole::Image(document::image(list, &attributes, place)?),
-                        _ => Whole::Structure(structure(list, &attributes, element_kind, place)?),
-                    });
+                    grid = Some(Whole::of(list, &element, place)?);
                     continue;
                 }
                 if element_kind != element_name {

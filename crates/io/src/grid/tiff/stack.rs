@@ -7,7 +7,7 @@
 //!   `DimensionOrder` says what varies fastest, `TiffData` which page is which plane.
 //! - tifffile: JSON with the array's `shape`, of which the last two axes are pages.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use quick_xml::Reader;
 use quick_xml::events::Event;
@@ -15,7 +15,10 @@ use serde_json::Value;
 use tetrascope_core::Error;
 
 use crate::source::Source;
-use crate::vtu::{Attributes, attributes};
+use crate::vtu::attributes;
+
+/// The attributes of an element, by name in lower case.
+type Attributes = HashMap<String, String>;
 
 /// An axis along which pages follow each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,8 +90,8 @@ impl Stack {
 
     /// How many pages it has; none if they cannot be counted.
     fn count(&self) -> Option<usize> {
-        let sizes = self.axes.iter().map(|(_, size)| *size);
-        sizes.fold(Some(1), |n: Option<usize>, size| n?.checked_mul(size))
+        let mut sizes = self.axes.iter().map(|(_, size)| *size);
+        sizes.try_fold(1, |n: usize, size| n.checked_mul(size))
     }
 }
 
@@ -202,10 +205,10 @@ fn ome(source: &Source, text: &str, pages: usize, notes: &mut Vec<String>) -> Re
         ));
     }
     let mut stack = Stack::of(sizes(&pixels, samples.max(1)).map_err(damaged)?);
-    let [letter_x, letter_y, letter_z] = ["x", "y", "z"].map(|axis| format!("physicalsize{axis}"));
-    stack.spacing = [letter_x, letter_y, letter_z].map(|key| pixels.get(&key)?.parse().ok());
-    let unit = |axis: &str| pixels.get(&format!("physicalsize{axis}unit"));
-    let units = ["x", "y", "z"].map(|axis| unit(axis).map_or("µm", String::as_str));
+    let of_axes =
+        |key: &str| ["x", "y", "z"].map(|axis| pixels.get(&format!("physicalsize{axis}{key}")));
+    stack.spacing = of_axes("").map(|size| size?.parse().ok());
+    let units = of_axes("unit").map(|unit| unit.map_or("µm", String::as_str));
     if units.iter().any(|other| *other != units[0]) {
         notes.push(format!(
             "lengths along x, y and z have different units: {units:?}"
