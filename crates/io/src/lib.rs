@@ -11,7 +11,8 @@
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
 //! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; polyhedra; see [`vtu`] |
 //! | `.vts`, `.vtr` | VTK XML structured and rectilinear grids, as `.vtu`; pieces by extent, blanking; evenly spaced `.vtr` as images; see [`vtu`] |
-//! | `.pvtu` | the pieces that it lists as one mesh, without ghosts; see [`vtu`] |
+//! | `.pvtu`, `.pvts`, `.pvtr` | the pieces that it lists as one mesh, without ghosts; see [`vtu`] |
+//! | `.pvti`, `.pvtr` | the pieces that it lists as one image, if evenly spaced; see [`vtu`] |
 //! | `.vtm` | VTK XML blocks, nested or not: the meshes among them as one; see [`vtu`] |
 //! | `.vti` | VTK XML images, as `.vtu`; cell data, `Direction`, pieces, hidden points and cells; see [`vtu`] |
 //! | `.vtk` | legacy VTK unstructured, structured and rectilinear grids, structured points; see [`vtk`] |
@@ -55,7 +56,7 @@
 //! | samples of a packed grid, in the type in which they are stored | 1 GiB + 64 n, and 1032 n: deflate makes no more of a byte (of TIFF the first alone). What is more is refused. Five times that for a moment where samples become floats |
 //! | a scene, a collection or list of files, a header of a grid | 1 MiB, 4 MiB, 1 MiB: what is longer is none |
 //!
-//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.vtm`) names each once, and in its own
+//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.pvti` and the like, `.vtm`) names each once, and in its own
 //! folder or below: `..` and absolute names are refused. Arrays of a VTK file may not
 //! all lie at one place. Tests and `cargo xtask fuzz` hold the readers to this; of Gmsh,
 //! Exodus, TIFF, NumPy, MRC, `.pvtu`, `.vtm`, `.vts`, `.vtr` and polyhedra it is only argued, from the code.
