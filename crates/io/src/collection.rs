@@ -182,7 +182,7 @@ fn steps(path: &Path, entries: Vec<Entry>) -> Result<Vec<Step>, Error> {
 /// Whether a file of this name lists others and is not read as a mesh of its own.
 fn lists_files(name: &str) -> bool {
     let extension = crate::image::extension(Path::new(name));
-    let known = ["pvd", "series", "pvti"];
+    let known = ["pvd", "series"];
     known.contains(&extension.as_str())
 }
 

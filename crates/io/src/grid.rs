@@ -1,4 +1,5 @@
-//! Regular grids: `.mha`/`.mhd`, `.nrrd`/`.nhdr`, `.nii`/`.nii.gz` and raw samples.
+//! Regular grids: `.mha`/`.mhd`, `.nrrd`/`.nhdr`, `.nii`/`.nii.gz` and `.hdr` with `.img`,
+//! `.npy`/`.npz`, `.mrc`, TIFF stacks and raw samples.
 //!
 //! Each reader turns a header into a description: where the samples lie in space, and
 //! where and how they stand in files. What follows is the same for all: lengths are
@@ -6,17 +7,41 @@
 //! Axes that are not space (frames, components) become fields, one for each entry.
 //! Where files say how they lie in a body, positions are in LPS; see `space`.
 //! VTK's grids (`.vti`, legacy `STRUCTURED_POINTS`) come from the VTK readers.
+//!
+//! # NIfTI
+//! Both versions, in one file or in pairs, whichever file of a pair is given. Real and imaginary
+//! parts and magnitudes of complex numbers are fields, and so is each channel of colors.
+//! A pair without NIfTI's magic is Analyze 7.5, whose axes are not turned.
+//!
+//! # NumPy
+//! The last axis is x: `a[z, y, x]`, whether the numbers stand in C or in Fortran order. A fourth
+//! axis is that of channels if it is the last and has up to four entries, else the first is that
+//! of frames. All arrays of an `.npz` that have three axes or more are fields.
+//!
+//! # MRC
+//! Positions are in ångström, from `ORIGIN`, or from `NXSTART` and its like where that is zero.
+//! `MAPC`, `MAPR` and `MAPS` turn the axes; cells that are not right-angled are refused.
+//!
+//! # TIFF
+//! Pages are slices; channels, frames and distances are what ImageJ, OME-XML or tifffile write
+//! into the first page's description. JPEG, and pages of 1 to 7 bits, are not read.
 
 pub(crate) mod axes;
+pub(crate) mod formats;
 pub(crate) mod ghosts;
 mod header;
 pub(crate) mod meta_image;
-pub(crate) mod nifti;
+mod mrc;
+mod nifti;
+mod npy;
+mod npz;
 pub(crate) mod nrrd;
 pub(crate) mod number;
 pub(crate) mod payload;
 pub(crate) mod raw;
 mod space;
+#[cfg(feature = "tiff")]
+mod tiff;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -228,6 +253,8 @@ pub(crate) enum Entries {
     Components,
     /// Red, green, blue and perhaps alpha.
     Colors,
+    /// The real and the imaginary part, before all other axes.
+    Complex,
 }
 
 impl Entries {
@@ -268,10 +295,29 @@ pub(crate) fn no_volume(path: &Path, error: Error) -> Error {
     }
 }
 
+/// Reads samples that are not in a [`Payload`]; see `Description::read_from`.
+pub(crate) type Runs<'a> = &'a mut dyn FnMut(usize, usize) -> Result<Vec<Numbers>, Error>;
+
 impl Description {
     /// Reads the samples, or leaves them in their file if they take more than
     /// `stream_above` bytes and can be read there.
     pub(crate) fn read(self, path: &Path, stream_above: u64) -> Result<GridData, Error> {
+        self.finish(path, Some(stream_above), None)
+    }
+
+    /// Takes the samples from `runs`, which gives as many runs as its second argument says, of
+    /// as many numbers each as its first says; the payload then tells their type and file.
+    #[cfg(feature = "tiff")]
+    pub(crate) fn read_from(self, path: &Path, runs: Runs) -> Result<GridData, Error> {
+        self.finish(path, None, Some(runs))
+    }
+
+    fn finish(
+        self,
+        path: &Path,
+        stream_above: Option<u64>,
+        runs: Option<Runs>,
+    ) -> Result<GridData, Error> {
         let Description {
             lattice,
             is_placed,
@@ -309,7 +355,8 @@ impl Description {
         let last = extras.iter().position(|extra| extra.before == 3);
         let (within, behind) = extras.split_at(last.unwrap_or(extras.len()));
         let parts: usize = behind.iter().map(|extra| extra.size).product();
-        let streams = if bytes > stream_above && within.is_empty() && scale.is_none() {
+        let is_large = stream_above.is_some_and(|above| bytes > above);
+        let streams = if is_large && within.is_empty() && scale.is_none() {
             payload.streams(lattice, points, parts)?
         } else {
             None
@@ -332,13 +379,21 @@ impl Description {
                 fields
             }
             None => {
-                let runs = payload.read(count / parts, parts)?;
+                let runs = match runs {
+                    Some(runs) => runs(count / parts, parts)?,
+                    None => payload.read(count / parts, parts)?,
+                };
                 let mut numbers = separate(runs, lattice.dims, within);
                 if let Some((slope, shift)) = scale {
                     notes.push(format!(
                         "stored samples are scaled by {slope} and moved by {shift}"
                     ));
-                    numbers = numbers.iter().map(|n| n.scaled(slope, shift)).collect();
+                    // A complex number is moved along the real axis.
+                    let is_complex = |e: &Extra| e.entries == Entries::Complex;
+                    let is_complex = extras.first().is_some_and(is_complex);
+                    let shift = |i: usize| if is_complex && i % 2 == 1 { 0.0 } else { shift };
+                    let numbers_of = numbers.iter().enumerate();
+                    numbers = numbers_of.map(|(i, n)| n.scaled(slope, shift(i))).collect();
                 }
                 fields(&name, numbers, &extras, &mut notes)
             }
@@ -484,7 +539,7 @@ pub(crate) fn fields(
 
 /// The magnitude of each vector of two or three components, with its first one's entry.
 fn magnitudes(numbers: &[Numbers], extras: &[Extra]) -> Vec<(usize, Samples)> {
-    let vectors = |extra: &Extra| extra.entries == Entries::Components;
+    let vectors = |e: &Extra| matches!(e.entries, Entries::Components | Entries::Complex);
     let Some(axis) = extras.iter().position(vectors) else {
         return Vec::new();
     };
@@ -525,6 +580,7 @@ fn entry_name(name: &str, entry: usize, extras: &[Extra], whole: bool) -> String
         match extra.entries {
             Entries::Numbered => frames += &format!("-{index}"),
             Entries::Components | Entries::Colors => components += &format!("-{index}"),
+            Entries::Complex => components += ["-real", "-imaginary"][index],
         }
     }
     if whole {

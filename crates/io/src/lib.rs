@@ -11,7 +11,8 @@
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
 //! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; polyhedra; see [`vtu`] |
 //! | `.vts`, `.vtr` | VTK XML structured and rectilinear grids, as `.vtu`; pieces by extent, blanking; evenly spaced `.vtr` as images; see [`vtu`] |
-//! | `.pvtu` | the pieces that it lists as one mesh, without ghosts; see [`vtu`] |
+//! | `.pvtu`, `.pvts`, `.pvtr` | the pieces that it lists as one mesh, without ghosts; see [`vtu`] |
+//! | `.pvti`, `.pvtr` | the pieces that it lists as one image, if evenly spaced; see [`vtu`] |
 //! | `.vtm` | VTK XML blocks, nested or not: the meshes among them as one; see [`vtu`] |
 //! | `.vti` | VTK XML images, as `.vtu`; cell data, `Direction`, pieces, hidden points and cells; see [`vtu`] |
 //! | `.vtk` | legacy VTK unstructured, structured and rectilinear grids, structured points; see [`vtk`] |
@@ -19,7 +20,10 @@
 //! | `.e`, `.exo`, `.ex2` | Exodus II in netCDF classic files; variables at nodes and of elements; see [`exodus`] |
 //! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or in slices; frames; see [`grid`] |
 //! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; `kinds`, `space`; see [`grid`] |
-//! | `.nii`, `.nii.gz` | NIfTI-1 with all of its volumes; see [`grid`] |
+//! | `.nii`, `.nii.gz`, `.hdr` with `.img` | NIfTI-1 and NIfTI-2 with all of their volumes, complex numbers and colors; Analyze 7.5; see [`grid`] |
+//! | `.npy`, `.npz` | NumPy arrays `a[z, y, x]` with frames and channels; spacing by [`ReadOptions::spacing`]; see [`grid`] |
+//! | `.mrc`, `.map`, `.ccp4`, `.rec`, `.st` | MRC and CCP4 maps, modes 0 to 4, 6 and 12, also packed with gzip; see [`grid`] |
+//! | `.tif`, `.tiff` | TIFF and BigTIFF stacks, with what ImageJ, OME and tifffile say of them; see [`grid`] |
 //! | any | raw samples, described by [`ReadOptions::raw`] |
 //! | `.pvd`, `.series` | the files of a series and their times; see [`collection`] |
 //!
@@ -28,7 +32,7 @@
 //! would lose what varies. A sample that is not finite, or is beyond 32-bit floats, or is a
 //! mark of no value, is NaN; notes count them.
 //!
-//! Exodus is read with the feature `exodus`, which is on by default.
+//! Exodus is read with the feature `exodus`, TIFF with `tiff`; both are on by default.
 //!
 //! # Fields of meshes
 //! They have the file's names, also for components: `Velocity-magnitude`, `stress-XY`; a
@@ -49,13 +53,13 @@
 //! | anything, with what [`MeshData`] and [`GridData`] make of it | 200 MB + 60 n, and what is packed |
 //! | points and cells of a packed mesh | 32 MB + 32 n: points that no cell uses are left out beyond that, and cells that are more repeat each other and are refused |
 //! | points and cells of a rectilinear grid, which three axes stand for | 1 GiB + 64 n |
-//! | samples of a packed grid, in the type in which they are stored | 1 GiB + 64 n, and 1032 n: deflate makes no more of a byte. What is more is refused. Five times that for a moment where samples become floats |
+//! | samples of a packed grid, in the type in which they are stored | 1 GiB + 64 n, and 1032 n: deflate makes no more of a byte (of TIFF the first alone). What is more is refused. Five times that for a moment where samples become floats |
 //! | a scene, a collection or list of files, a header of a grid | 1 MiB, 4 MiB, 1 MiB: what is longer is none |
 //!
-//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.vtm`) names each once, and in its own
+//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.pvti` and the like, `.vtm`) names each once, and in its own
 //! folder or below: `..` and absolute names are refused. Arrays of a VTK file may not
 //! all lie at one place. Tests and `cargo xtask fuzz` hold the readers to this; of Gmsh,
-//! Exodus, `.pvtu`, `.vtm`, `.vts`, `.vtr` and polyhedra it is only argued, from the code.
+//! Exodus, TIFF, NumPy, MRC, `.pvtu`, `.vtm`, `.vts`, `.vtr` and polyhedra it is only argued, from the code.
 //!
 //! # A file in, a file out
 //! ```

@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use tetrascope_core::Error;
+use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 
 #[cfg(feature = "exodus")]
 use crate::exodus;
 use crate::fields::Array;
-use crate::grid::{GridData, RawLayout, meta_image, nifti, nrrd, raw};
+use crate::grid::formats::{GZIP, GridFormat};
+use crate::grid::{GridData, RawLayout, meta_image, nrrd, raw};
 use crate::polyhedra::POLYHEDRON;
 use crate::source::{Source, open_file};
 use crate::{MeshData, gmsh, plot3d, vtk, vtu};
@@ -23,6 +25,11 @@ pub struct ReadOptions {
     pub solution: Option<PathBuf>,
     /// Says what is in a file of samples alone; without it no file is one.
     pub raw: Option<RawLayout>,
+    /// The distance of samples along each axis, world units, for files that do not say it
+    /// (`.npy`, `.npz`, `.tif`); what a `.tif` says of it is then not used.
+    pub spacing: Option<DVec3>,
+    /// Where the first sample lies, world space, for the same files; at 0 unless given.
+    pub origin: Option<DVec3>,
     /// Grids with more bytes of samples than this stay in their file, if they stand
     /// there as they are, and are read in parts.
     pub stream_above: u64,
@@ -33,6 +40,8 @@ impl Default for ReadOptions {
         ReadOptions {
             solution: None,
             raw: None,
+            spacing: None,
+            origin: None,
             stream_above: (1 << 30) - 1,
         }
     }
@@ -48,26 +57,26 @@ pub enum FileData {
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .vtr), legacy VTK (.vtk), Gmsh (.msh) and Exodus in netCDF (.e .exo .ex2), and grids as .vti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .nii.gz, and raw with `dims` and `type`";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .pvts, .vtr, .pvtr), legacy VTK (.vtk), Gmsh (.msh) and Exodus in netCDF (.e .exo .ex2), and grids as .vti, .pvti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .hdr with .img, .npy, .npz, .mrc, .map, .tif, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
 const NOT_READ: [(&[&str], &str); 9] = [
-    (
-        &["pvti", "pvts", "pvtr"],
-        "a VTK file that lists other files; give one of these",
-    ),
     (
         &["pvd", "series"],
         "a list of the files of a series; give one of these files, or draw it as a series",
     ),
     (&["vtp"], "a VTK XML file of surfaces, which have no volume"),
     (
-        &["raw", "dat", "img"],
+        &["raw", "dat", "img", "rec", "st"],
         "a file of samples alone; say what is in it with `dims` and `type`",
     ),
     (
-        &["dcm", "dicom", "tif", "tiff", "hdr"],
+        &["dcm", "dicom", "hdr"],
         "a format of slices or of another program; save it as .nrrd, .mha or .nii",
+    ),
+    (
+        &["tif", "tiff", "npy", "npz", "mrc", "map", "ccp4"],
+        "a format whose files begin with other bytes than this one, or, of .tif, one of the feature `tiff`; save it again",
     ),
     (
         &["vtkhdf", "hdf", "h5", "xdmf", "xmf"],
@@ -129,6 +138,13 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
             help: Some("a solution file goes with a Plot3D grid; leave out `solution`".into()),
         });
     }
+    let takes_spacing = matches!(format, Format::Grid(grid) if grid.takes_spacing());
+    if (options.spacing.is_some() || options.origin.is_some()) && !takes_spacing {
+        return Err(Error::Invalid {
+            what: format!("{} says itself where its samples lie", path.display()),
+            help: Some("leave out `spacing` and `origin`".into()),
+        });
+    }
     if matches!(format, Format::VtkXml | Format::VtkLegacy)
         && let Some(grid) = vtk_stream(path, &format, options.stream_above)?
     {
@@ -152,7 +168,7 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
         }
         Format::MetaImage => meta_image::read(path),
         Format::Nrrd => nrrd::read(path),
-        Format::Nifti { compressed } => nifti::read(path, compressed),
+        Format::Grid(grid) => return grid.read(path, options).map(FileData::Grid),
         Format::Raw(layout) => raw::describe(path, &layout),
     }?;
     description
@@ -215,9 +231,7 @@ enum Format {
     Exodus,
     MetaImage,
     Nrrd,
-    Nifti {
-        compressed: bool,
-    },
+    Grid(GridFormat),
     Raw(RawLayout),
 }
 
@@ -237,7 +251,7 @@ impl Format {
         let utf16 = [b"\xff\xfe", b"\xfe\xff", b"<\0", b"\0<"];
         let is_xml = matches!(
             extension,
-            "vtu" | "vti" | "vts" | "vtr" | "pvtu" | "vtm" | "vtmb"
+            "vtu" | "vti" | "vts" | "vtr" | "pvtu" | "pvti" | "pvts" | "pvtr" | "vtm" | "vtmb"
         );
         if is_xml && utf16.iter().any(|mark| head.starts_with(*mark)) {
             return refuse("this is text in UTF-16; save it as UTF-8");
@@ -270,18 +284,14 @@ impl Format {
         if head.starts_with(b"NRRD000") {
             return Ok(Format::Nrrd);
         }
-        // A header of 348 bytes, whose size comes first in either order.
-        let nifti = [[92, 1, 0, 0], [0, 0, 1, 92]];
-        let packed = head.starts_with(b"\x1f\x8b");
-        let compressed = packed && (name.ends_with(".nii.gz") || extension == "nii");
-        if compressed || extension == "nii" || nifti.iter().any(|size| head.starts_with(size)) {
-            return Ok(Format::Nifti { compressed });
+        if let Some(grid) = GridFormat::of(head, &source.path, name) {
+            return Ok(Format::Grid(grid));
         }
         let meta = [b"ObjectType".as_slice(), b"NDims", b"Comment"];
         if matches!(extension, "mha" | "mhd") || meta.iter().any(|key| head.starts_with(key)) {
             return Ok(Format::MetaImage);
         }
-        if head.starts_with(b"\x1f\x8b") {
+        if head.starts_with(GZIP) {
             return refuse("the file is compressed with gzip; decompress it first");
         }
         if plot3d::has_extension(extension) {

@@ -1,5 +1,5 @@
 //! VTK XML unstructured, structured and rectilinear grids, `.vtu`, `.vts` and `.vtr`, images,
-//! `.vti`, and lists of such files, `.pvtu` and `.vtm`.
+//! `.vti`, and lists of such files, `.pvtu`, `.pvts`, `.pvtr`, `.pvti` and `.vtm`.
 //!
 //! *VTK XML Formats*, the VTK documentation. Read are all four encodings
 //! (appended raw, which ParaView writes by default, appended base64, inline
@@ -25,8 +25,11 @@
 //! pieces do.
 //!
 //! The pieces that a `.pvtu` file lists become one mesh, as the pieces of one file do, with
-//! the fields that all of them have. So do the meshes among the blocks of a `.vtm` file,
-//! nested or not; a field is NaN in blocks that lack it, and blocks that are something else
+//! the fields that all of them have; so do those of `.pvts` and `.pvtr` files, and those of
+//! `.pvti` files one image. They fill the whole extent; where they overlap, later ones count.
+//!
+//! The meshes among the blocks of a `.vtm` file, nested or not, become one mesh, too;
+//! a field is NaN in blocks that lack it, and blocks that are something else
 //! or have no volume are left out. Points of pieces that lie at exactly the same place make
 //! neighbors of the cells there. Notes say what was left out and how many points met.
 //!
@@ -69,20 +72,19 @@ use crate::polyhedra::POLYHEDRON;
 use crate::read::{FileData, check};
 use crate::source::{Source, count, reserve, room};
 
-/// Reads a `.vtu`, `.vts`, `.vtr` or `.vti` file, or the files that a `.pvtu` or `.vtm` file names.
+/// Reads a `.vtu`, `.vts`, `.vtr` or `.vti` file, or the files that a `.pvtu`, `.pvts`, `.pvtr`,
+/// `.pvti` or `.vtm` file names.
 pub(crate) fn read(source: Source) -> Result<FileData, Error> {
     let source = Arc::new(to_utf8(source)?);
     if let Some(kind) = listed::Kind::of(&source) {
-        return listed::read(source, kind).map(FileData::Mesh);
+        return listed::read(source, kind);
     }
     let document = Document::parse(&source)?;
+    let files = [Opened::new(&source, &document, None)];
     match (&document.image, &document.structure) {
-        (Some(image), _) => image::read(&source, &document, image).map(FileData::Grid),
-        (_, Some(structure)) => structured::read(&source, &document, structure),
-        _ => {
-            let file = Opened::new(&source, &document, None);
-            read_mesh(&source, &[file], Fields::Common).map(FileData::Mesh)
-        }
+        (Some(image), _) => image::read(&source, &files, image).map(FileData::Grid),
+        (_, Some(structure)) => structured::read(&source, &files, structure),
+        _ => read_mesh(&source, &files, Fields::Common).map(FileData::Mesh),
     }
 }
 

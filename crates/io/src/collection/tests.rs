@@ -116,8 +116,8 @@ fn what_is_not_a_series_is_refused_in_words() {
         (a.clone() + &data("1", "a.vtu"), "'a.vtu' is listed twice"),
         (a.clone() + &data("1", "x.pvd"), "'x.pvd' lists other files"),
         (
-            a.clone() + &data("1", "p.pvti"),
-            "'p.pvti' lists other files",
+            a.clone() + &data("1", "p.series"),
+            "'p.series' lists other files",
         ),
         (
             a.clone() + &data("1", "c.vtu") + &data("2", "d.vtu"),

@@ -1,151 +1,162 @@
-//! NIfTI-1, `.nii` and `.nii.gz`.
+//! NIfTI-1 and NIfTI-2, in one file (`.nii`, `.nii.gz`) and in pairs (`.hdr` with `.img` or
+//! `.img.gz`), and Analyze 7.5.
 //!
-//! <https://nifti.nimh.nih.gov/nifti-1>: 348 bytes of header, the samples behind it. The
+//! <https://nifti.nimh.nih.gov/nifti-1>, <https://nifti.nimh.nih.gov/nifti-2>: 348 or 540 bytes
+//! of header, the samples behind it or in the pair's other file. The
 //! axes are those of `sform` if the file has one, but for a little shear; else those of
 //! `qform`; else the sizes of voxels alone. `scl_slope` and `scl_inter` are applied: what
 //! is drawn are the values that were measured, as 32-bit floats. Each of several volumes is
-//! a field.
+//! a field; so are the channels of colors, and the real and imaginary parts and the magnitude
+//! of complex numbers.
+//!
+//! A pair whose header has no magic is Analyze 7.5. As nibabel has it, its scale factor (SPM's)
+//! is applied. It does not say where left is, so that its axes are not turned and its
+//! first sample is at 0; nibabel mirrors x and puts the middle there.
 
-use std::io::Read;
-use std::path::Path;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 
-use flate2::read::MultiGzDecoder;
 use tetrascope_core::Error;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::{Interpolation, Lattice};
 
 use super::number::Number;
-use super::payload::{Encoding, Payload};
+use super::payload::{Encoding, Payload, open_unpacked};
 use super::space::{RAS, turned};
 use super::{Description, Entries, Extra, axes, no_volume};
-use crate::source::{Endian, open_file};
+use crate::source::Endian;
 
-/// Bytes of a header.
-const HEADER: usize = 348;
+/// Where a value stands in a header, in bytes: in version 1, and in version 2.
+type At = (usize, usize);
 
-/// Where samples begin in one file with their header, at the earliest.
-const SAMPLES: f64 = 352.0;
+const DIM: At = (40, 16);
+const INTENT: At = (68, 504);
+const DATATYPE: At = (70, 12);
+const PIXDIM: At = (76, 104);
+const VOX_OFFSET: At = (108, 168);
+const SLOPE: At = (112, 176);
+const UNITS: At = (123, 500);
+const QFORM: At = (252, 344);
+const SFORM: At = (254, 348);
+const QUATERNION: At = (256, 352);
+const QOFFSET: At = (268, 376);
+const SROWS: At = (280, 400);
+const MAGIC: At = (344, 4);
 
 /// What NIFTI_INTENT_VECTOR says of the fifth axis.
-const VECTORS: i16 = 1007;
+const VECTORS: i32 = 1007;
 
 /// NIFTI_INTENT_RGB_VECTOR, and with alpha the next.
-const COLORS: i16 = 2003;
+const COLORS: i32 = 2003;
 
-pub(crate) fn read(path: &Path, compressed: bool) -> Result<Description, Error> {
-    let wrong = |at: usize, what: String| Error::Format {
-        path: path.to_owned(),
-        at: format!("byte {at}"),
-        what,
-        help: None,
-    };
-    let (file, _) = open_file(path)?;
-    let mut bytes = [0; HEADER];
-    let read = if compressed {
-        MultiGzDecoder::new(file).read_exact(&mut bytes)
-    } else {
-        (&file).read_exact(&mut bytes)
-    };
-    read.map_err(|error| {
-        wrong(
-            0,
-            format!("there is no NIfTI header of {HEADER} bytes ({error})"),
+/// What a header's magic says.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    /// The samples are behind the header.
+    One,
+    /// They are in a file of their own.
+    Pair,
+    /// So they are, and nothing but sizes and types is known.
+    Analyze,
+}
+
+/// Whether this is the beginning of a header: its size comes first, in either order.
+pub(crate) fn is_nifti(head: &[u8]) -> bool {
+    let first = [b"\x5c\x01\0\0", b"\0\0\x01\x5c"];
+    let magic = head.get(MAGIC.1..MAGIC.1 + 3);
+    first.iter().any(|size| head.starts_with(*size)) || matches!(magic, Some(b"n+2" | b"ni2"))
+}
+
+/// The header that belongs to the file at `path`: that file, or, of a pair's samples, the file
+/// beside it that is called the same but for `.hdr` or `.hdr.gz`, if it is there.
+pub(crate) fn header_of(path: &Path) -> Option<PathBuf> {
+    match ending(path)?.1.as_str() {
+        ".img" | ".img.gz" => beside(path, &[".hdr", ".hdr.gz"]),
+        _ => Some(path.to_owned()),
+    }
+}
+
+/// A file's name without the ending, and the ending in lower case: `.img.gz`.
+fn ending(path: &Path) -> Option<(&str, String)> {
+    let name = path.file_name()?.to_str()?;
+    let lower = name.to_ascii_lowercase();
+    let plain = lower.strip_suffix(".gz").unwrap_or(&lower);
+    let dot = plain.rfind('.').unwrap_or(plain.len());
+    Some((&name[..dot], lower[dot..].to_owned()))
+}
+
+/// The first file that is there of those beside `path` that are called the same but for these
+/// endings.
+fn beside(path: &Path, endings: &[&str]) -> Option<PathBuf> {
+    let (stem, _) = ending(path)?;
+    let spellings = endings
+        .iter()
+        .flat_map(|e| [e.to_string(), e.to_ascii_uppercase()]);
+    let mut paths = spellings.map(|ending| path.with_file_name(format!("{stem}{ending}")));
+    paths.find(|path| path.is_file())
+}
+
+pub(crate) fn read(path: &Path) -> Result<Description, Error> {
+    let header = Header::open(path)?;
+    let kind = header.kind()?;
+    let (dims, rest) = header.sizes()?;
+    let code = header.code(DATATYPE);
+    let (number, channels, meaning) = number_of(code).ok_or_else(|| {
+        header.error(
+            DATATYPE,
+            format!("samples of NIfTI type {code} are not read"),
         )
     })?;
-    let endian = match [Endian::Little, Endian::Big].map(|e| e.i32(&bytes[..4])) {
-        [348, _] => Endian::Little,
-        [_, 348] => Endian::Big,
-        [540, _] | [_, 540] => {
-            return Err(wrong(0, "this is NIfTI-2; version 1 is read".into()));
-        }
-        _ => {
-            return Err(wrong(
-                0,
-                "the header's size is not 348, as in NIfTI-1".into(),
-            ));
-        }
-    };
-    match &bytes[344..348] {
-        b"n+1\0" => {}
-        b"ni1\0" => {
-            return Err(Error::Format {
-                path: path.to_owned(),
-                at: "byte 344".into(),
-                what: "the samples are in another file (.img)".into(),
-                help: Some("save the volume as one .nii file".into()),
-            });
-        }
-        _ => return Err(wrong(344, "there is no NIfTI magic".into())),
-    }
-    let short = |at: usize| endian.i16(&bytes[at..at + 2]);
-    let float = |at: usize| f64::from(endian.f32(&bytes[at..at + 4]));
-    let rank = short(40);
-    if !(1..=7).contains(&rank) {
-        return Err(wrong(40, format!("{rank} dimensions; a volume has 3")));
-    }
-    let size = |i: usize| match i <= rank as usize {
-        true => usize::try_from(short(40 + 2 * i)).unwrap_or(0),
-        false => 1,
-    };
-    if rank < 3 {
-        let axes = ["no spatial axis", "one spatial axis", "two spatial axes"][rank as usize];
-        return Err(wrong(40, format!("{axes}; a volume has three")));
-    }
-    let dims = [size(1), size(2), size(3)];
     let mut notes = Vec::new();
-    let code = short(70);
-    let (number, channels) = number_of(code)
-        .ok_or_else(|| wrong(70, format!("samples of NIfTI type {code} are not read")))?;
     let mut extras = Vec::new();
     if channels > 1 {
         extras.push(Extra {
             before: 0,
             size: channels,
-            entries: Entries::Colors,
+            entries: meaning,
         });
     }
     // Time, then what there is of each sample, then what is not defined.
-    let intent = short(68);
-    extras.extend((4..=rank as usize).map(|i| Extra {
+    let intent = match kind {
+        Kind::Analyze => 0,
+        _ => header.code(INTENT),
+    };
+    extras.extend(rest.into_iter().zip(4..).map(|(size, axis)| Extra {
         before: 3,
-        size: size(i),
-        entries: match (i, intent) {
+        size,
+        entries: match (axis, intent) {
             (5, VECTORS) => Entries::Components,
             (5, COLORS | 2004) => Entries::Colors,
             _ => Entries::Numbered,
         },
     }));
-    let mut offset = float(108);
-    if offset == 0.0 {
-        notes.push(format!(
-            "'vox_offset' is 0: samples are read from byte {SAMPLES} on"
-        ));
-        offset = SAMPLES;
+    let (slope, mut shift) = (header.float(SLOPE, 0), header.float(SLOPE, 1));
+    if kind == Kind::Analyze {
+        shift = 0.0;
     }
-    if !(offset >= HEADER as f64 && offset.fract() == 0.0 && offset < 2f64.powi(53)) {
-        return Err(wrong(108, format!("samples that begin at byte {offset}")));
-    }
-    let (slope, shift) = (float(112), float(116));
-    let scaled = slope != 0.0 && slope.is_finite() && shift.is_finite() && channels == 1;
+    let scaled = slope != 0.0 && slope.is_finite() && shift.is_finite();
+    let scaled = scaled && meaning != Entries::Colors;
     let scale = Some((slope, shift)).filter(|s| scaled && *s != (1.0, 0.0));
-
-    let (lattice, is_placed) =
-        placement(dims, &short, &float, &mut notes).map_err(|error| no_volume(path, error))?;
+    let payload = header.payload(kind, number, &mut notes)?;
+    let placed = match kind {
+        Kind::Analyze => {
+            notes.push(
+                "this is Analyze 7.5, which does not say where left and right are: axes are not \
+                 turned"
+                    .into(),
+            );
+            header.steps_alone(dims, &mut notes)
+        }
+        _ => header.placement(dims, &mut notes),
+    };
+    let (lattice, is_placed) = placed.map_err(|error| no_volume(path, error))?;
+    if kind != Kind::Analyze {
+        notes.extend(header.units());
+    }
     Ok(Description {
         lattice,
         is_placed,
-        payload: Payload {
-            files: vec![path.to_owned()],
-            start: 0,
-            lines: 0,
-            skip: Some(offset as u64),
-            encoding: match compressed {
-                true => Encoding::Gzip,
-                false => Encoding::Raw,
-            },
-            number,
-            endian,
-        },
+        payload,
         extras,
         scale,
         name: "scalars".into(),
@@ -153,45 +164,246 @@ pub(crate) fn read(path: &Path, compressed: bool) -> Result<Description, Error> 
     })
 }
 
-/// Where samples lie, and whether the file says so.
-fn placement(
-    dims: [usize; 3],
-    short: &dyn Fn(usize) -> i16,
-    float: &dyn Fn(usize) -> f64,
-    notes: &mut Vec<String>,
-) -> Result<(Lattice, bool), Error> {
-    let steps = [80, 84, 88].map(|at| match float(at).abs() {
-        step if step > 0.0 && step.is_finite() => step,
-        _ => 1.0,
-    });
-    let (has_qform, has_sform) = (short(252) > 0, short(254) > 0);
-    let world = |origin: DVec3, axes: [DVec3; 3], notes: &mut Vec<String>| {
-        // Numbers of 32 bits explain less than what a lattice allows anyway.
-        let axes = axes.map(|axis| turned(axis, RAS.signs));
-        axes::lattice(
-            dims,
-            turned(origin, RAS.signs),
-            axes,
-            [0.0; 3],
-            Interpolation::Linear,
-            notes,
-        )
-    };
-    if has_sform {
-        let row = |i: usize, at: usize| float(at + 4 * i);
-        let column = |i: usize| DVec3::new(row(i, 280), row(i, 296), row(i, 312));
-        let found = world(column(3), [column(0), column(1), column(2)], notes);
-        match found {
-            Ok(lattice) => {
-                notes.extend(RAS.notes("RAS"));
-                return Ok((lattice, true));
+/// The first bytes of a file.
+struct Header<'a> {
+    path: &'a Path,
+    bytes: Vec<u8>,
+    endian: Endian,
+    /// Of version 2, in which numbers have twice the bytes.
+    wide: bool,
+    /// Whether the file is packed with gzip.
+    packed: bool,
+}
+
+impl Header<'_> {
+    fn open(path: &Path) -> Result<Header<'_>, Error> {
+        let wrong = |what: String| Error::Format {
+            path: path.to_owned(),
+            at: "byte 0".into(),
+            what,
+            help: None,
+        };
+        let (mut reader, packed) = open_unpacked(path)?;
+        let mut bytes = vec![0; 4];
+        let ends = |length: usize| {
+            move |error: std::io::Error| {
+                wrong(format!(
+                    "there is no NIfTI header of {length} bytes ({error})"
+                ))
             }
-            Err(error) if !has_qform => return Err(error),
-            Err(_) => notes.push("the file's sform is not drawn, so its qform is used".into()),
+        };
+        reader.read_exact(&mut bytes).map_err(ends(348))?;
+        let sizes = [Endian::Little, Endian::Big].map(|e| (e, e.i32(&bytes)));
+        let known = sizes.iter().find(|(_, size)| matches!(size, 348 | 540));
+        let &(endian, size) = known.ok_or_else(|| {
+            wrong("the header's size is neither 348 nor 540, as in NIfTI-1 and NIfTI-2".into())
+        })?;
+        bytes.resize(size as usize, 0);
+        let rest = reader.read_exact(&mut bytes[4..]);
+        rest.map_err(ends(size as usize))?;
+        Ok(Header {
+            path,
+            bytes,
+            endian,
+            wide: size == 540,
+            packed,
+        })
+    }
+
+    fn at(&self, at: At) -> usize {
+        if self.wide { at.1 } else { at.0 }
+    }
+
+    fn error(&self, at: At, what: String) -> Error {
+        Error::Format {
+            path: self.path.to_owned(),
+            at: format!("byte {}", self.at(at)),
+            what,
+            help: None,
         }
     }
-    if has_qform {
-        let mut part = [256, 260, 264].map(float);
+
+    /// Number `index` of the floats that begin at a place.
+    fn float(&self, at: At, index: usize) -> f64 {
+        let at = self.at(at);
+        match self.wide {
+            true => self.endian.f64(&self.bytes[at + 8 * index..][..8]),
+            false => self.endian.f32(&self.bytes[at + 4 * index..][..4]).into(),
+        }
+    }
+
+    /// A whole number: of 16 bits, and of 32 in version 2 but for the type of samples.
+    fn code(&self, at: At) -> i32 {
+        let place = self.at(at);
+        match self.wide && at != DATATYPE {
+            true => self.endian.i32(&self.bytes[place..][..4]),
+            false => self.endian.i16(&self.bytes[place..][..2]).into(),
+        }
+    }
+
+    /// Number `index` of `dim`.
+    fn size(&self, index: usize) -> i64 {
+        let at = self.at(DIM);
+        match self.wide {
+            true => self.endian.i64(&self.bytes[at + 8 * index..][..8]),
+            false => self.endian.i16(&self.bytes[at + 2 * index..][..2]).into(),
+        }
+    }
+
+    fn kind(&self) -> Result<Kind, Error> {
+        let magic = &self.bytes[self.at(MAGIC)..][..4];
+        match (magic, self.wide) {
+            (b"n+1\0", false) | (b"n+2\0", true) => Ok(Kind::One),
+            (b"ni1\0", false) | (b"ni2\0", true) => Ok(Kind::Pair),
+            (_, false) if ending(self.path).is_some_and(|(_, e)| e.starts_with(".hdr")) => {
+                Ok(Kind::Analyze)
+            }
+            _ => Err(self.error(MAGIC, "there is no NIfTI magic".into())),
+        }
+    }
+
+    /// Samples along the three axes of space, and along those behind.
+    fn sizes(&self) -> Result<([usize; 3], Vec<usize>), Error> {
+        let rank = self.size(0);
+        if !(1..=7).contains(&rank) {
+            return Err(self.error(DIM, format!("{rank} dimensions; a volume has 3")));
+        }
+        if rank < 3 {
+            let axes = ["no spatial axis", "one spatial axis", "two spatial axes"][rank as usize];
+            return Err(self.error(DIM, format!("{axes}; a volume has three")));
+        }
+        let size = |i: usize| usize::try_from(self.size(i)).unwrap_or(0);
+        let dims = [size(1), size(2), size(3)];
+        Ok((dims, (4..=rank as usize).map(size).collect()))
+    }
+
+    /// Where the samples stand.
+    fn payload(
+        &self,
+        kind: Kind,
+        number: Number,
+        notes: &mut Vec<String>,
+    ) -> Result<Payload, Error> {
+        let (file, least, packed) = match kind {
+            // Where samples begin in one file with their header, at the earliest.
+            Kind::One => (self.path.to_owned(), self.bytes.len() + 4, self.packed),
+            Kind::Pair | Kind::Analyze => {
+                let missing = || Error::Format {
+                    path: self.path.to_owned(),
+                    at: "the header".into(),
+                    what: "the samples are in another file (.img), which is not there".into(),
+                    help: Some("copy the .img file beside the .hdr file".into()),
+                };
+                let file = beside(self.path, &[".img", ".img.gz"]).ok_or_else(missing)?;
+                let (_, packed) = open_unpacked(&file)?;
+                (file, 0, packed)
+            }
+        };
+        let at = self.at(VOX_OFFSET);
+        let mut offset = match self.wide {
+            true => self.endian.i64(&self.bytes[at..at + 8]) as f64,
+            false => self.float(VOX_OFFSET, 0),
+        };
+        if kind == Kind::One && offset == 0.0 {
+            notes.push(format!(
+                "'vox_offset' is 0: samples are read from byte {least} on"
+            ));
+            offset = least as f64;
+        }
+        let earliest = match kind {
+            Kind::One => self.bytes.len(),
+            _ => 0,
+        };
+        if !(offset >= earliest as f64 && offset.fract() == 0.0 && offset < 2f64.powi(53)) {
+            return Err(self.error(VOX_OFFSET, format!("samples that begin at byte {offset}")));
+        }
+        Ok(Payload {
+            files: vec![file],
+            start: 0,
+            lines: 0,
+            skip: Some(offset as u64),
+            encoding: match packed {
+                true => Encoding::Gzip,
+                false => Encoding::Raw,
+            },
+            number,
+            endian: self.endian,
+        })
+    }
+
+    /// What to say of the unit of lengths, if the file names it.
+    fn units(&self) -> Option<String> {
+        let at = self.at(UNITS);
+        let code = match self.wide {
+            true => self.endian.i32(&self.bytes[at..at + 4]),
+            false => self.bytes[at].into(),
+        };
+        let unit = match code & 7 {
+            1 => "meters",
+            2 => "millimeters",
+            3 => "micrometers",
+            _ => return None,
+        };
+        Some(format!("lengths are in {unit}"))
+    }
+
+    /// The sizes of voxels, 1 where they are not sensible.
+    fn steps(&self) -> [f64; 3] {
+        [1, 2, 3].map(|i| match self.float(PIXDIM, i).abs() {
+            step if step > 0.0 && step.is_finite() => step,
+            _ => 1.0,
+        })
+    }
+
+    /// Where samples lie, and whether the file says so.
+    fn placement(
+        &self,
+        dims: [usize; 3],
+        notes: &mut Vec<String>,
+    ) -> Result<(Lattice, bool), Error> {
+        let (has_qform, has_sform) = (self.code(QFORM) > 0, self.code(SFORM) > 0);
+        let world = |origin: DVec3, axes: [DVec3; 3], notes: &mut Vec<String>| {
+            // Numbers of 32 bits explain less than what a lattice allows anyway.
+            let axes = axes.map(|axis| turned(axis, RAS.signs));
+            axes::lattice(
+                dims,
+                turned(origin, RAS.signs),
+                axes,
+                [0.0; 3],
+                Interpolation::Linear,
+                notes,
+            )
+        };
+        if has_sform {
+            let row = |i: usize, row: usize| self.float(SROWS, 4 * row + i);
+            let column = |i: usize| DVec3::new(row(i, 0), row(i, 1), row(i, 2));
+            let found = world(column(3), [column(0), column(1), column(2)], notes);
+            match found {
+                Ok(lattice) => {
+                    notes.extend(RAS.notes("RAS"));
+                    return Ok((lattice, true));
+                }
+                Err(error) if !has_qform => return Err(error),
+                Err(_) => notes.push("the file's sform is not drawn, so its qform is used".into()),
+            }
+        }
+        if has_qform {
+            let offset = |i| self.float(QOFFSET, i);
+            let origin = DVec3::new(offset(0), offset(1), offset(2));
+            let lattice = world(origin, self.qform(notes), notes)?;
+            notes.extend(RAS.notes("RAS"));
+            return Ok((lattice, true));
+        }
+        notes.push(
+            "the file does not say where the volume lies (no sform, no qform): axes are not turned"
+                .into(),
+        );
+        self.steps_alone(dims, notes)
+    }
+
+    /// The steps along the axes that the quaternion turns, in RAS.
+    fn qform(&self, notes: &mut Vec<String>) -> [DVec3; 3] {
+        let mut part = [0, 1, 2].map(|i| self.float(QUATERNION, i));
         let squares: f64 = part.iter().map(|x| x * x).sum();
         if squares > 1.0 {
             // A half turn; what is too long would stretch the axes.
@@ -219,46 +431,53 @@ fn placement(
             a * a + d * d - c * c - b * b,
         );
         // pixdim[0] says whether the third axis is mirrored.
-        let mirror = if float(76) < 0.0 { -1.0 } else { 1.0 };
-        let origin = DVec3::new(float(268), float(272), float(276));
-        let axes = [x * steps[0], y * steps[1], z * steps[2] * mirror];
-        let lattice = world(origin, axes, notes)?;
-        notes.extend(RAS.notes("RAS"));
-        return Ok((lattice, true));
+        let mirror = if self.float(PIXDIM, 0) < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        let steps = self.steps();
+        [x * steps[0], y * steps[1], z * steps[2] * mirror]
     }
-    notes.push(
-        "the file does not say where the volume lies (no sform, no qform): axes are not turned"
-            .into(),
-    );
-    let [x, y, z] = steps;
-    let axes = [DVec3::X * x, DVec3::Y * y, DVec3::Z * z];
-    axes::lattice(
-        dims,
-        DVec3::ZERO,
-        axes,
-        [0.0; 3],
-        Interpolation::Linear,
-        notes,
-    )
-    .map(|lattice| (lattice, false))
+
+    /// Axes that are not turned, from 0 on.
+    fn steps_alone(
+        &self,
+        dims: [usize; 3],
+        notes: &mut Vec<String>,
+    ) -> Result<(Lattice, bool), Error> {
+        let [x, y, z] = self.steps();
+        let axes = [DVec3::X * x, DVec3::Y * y, DVec3::Z * z];
+        axes::lattice(
+            dims,
+            DVec3::ZERO,
+            axes,
+            [0.0; 3],
+            Interpolation::Linear,
+            notes,
+        )
+        .map(|lattice| (lattice, false))
+    }
 }
 
-/// The type of numbers, and how many a sample has.
-fn number_of(code: i16) -> Option<(Number, usize)> {
+/// The type of numbers, how many a sample has, and what they are.
+fn number_of(code: i32) -> Option<(Number, usize, Entries)> {
     let number = match code {
         2 => Number::U8,
         4 => Number::I16,
         8 => Number::I32,
         16 => Number::F32,
+        32 => return Some((Number::F32, 2, Entries::Complex)),
         64 => Number::F64,
-        128 => return Some((Number::U8, 3)),
+        128 => return Some((Number::U8, 3, Entries::Colors)),
         256 => Number::I8,
         512 => Number::U16,
         768 => Number::U32,
         1024 => Number::I64,
         1280 => Number::U64,
-        2304 => return Some((Number::U8, 4)),
+        1792 => return Some((Number::F64, 2, Entries::Complex)),
+        2304 => return Some((Number::U8, 4, Entries::Colors)),
         _ => return None,
     };
-    Some((number, 1))
+    Some((number, 1, Entries::Numbered))
 }

@@ -3,6 +3,7 @@
 use std::io::{self, Read};
 use std::ops::Range;
 
+use half::f16;
 use tetrascope_core::grid::{SampleType, Samples};
 
 use crate::parse_float;
@@ -19,11 +20,14 @@ pub(crate) enum Number {
     U32,
     I64,
     U64,
+    /// Of 16 bits, as IEEE 754 has it.
+    F16,
     F32,
     F64,
 }
 
-/// Numbers as a file has them; signed bytes are in 16 bits.
+/// Numbers as a file has them; signed bytes are in 16 bits, and floats of
+/// 16 bits in 32.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Numbers {
     U8(Vec<u8>),
@@ -68,7 +72,7 @@ impl Number {
     pub(crate) fn size(self) -> usize {
         match self {
             Number::I8 | Number::U8 => 1,
-            Number::I16 | Number::U16 => 2,
+            Number::I16 | Number::U16 | Number::F16 => 2,
             Number::I32 | Number::U32 | Number::F32 => 4,
             Number::I64 | Number::U64 | Number::F64 => 8,
         }
@@ -119,6 +123,7 @@ impl Number {
             Number::U32 => whole!(u32),
             Number::I64 => whole!(i64),
             Number::U64 => whole!(u64),
+            Number::F16 => put(&f16::from_f64(parse_float(word)?).to_le_bytes()),
             Number::F32 => put(&(parse_float(word)? as f32).to_le_bytes()),
             Number::F64 => put(&parse_float(word)?.to_le_bytes()),
         }
@@ -144,6 +149,9 @@ impl Number {
             Number::U32 => Numbers::U32(collect(reader, 4, n, |b| endian.u32(b))?),
             Number::I64 => Numbers::I64(collect(reader, 8, n, |b| endian.i64(b))?),
             Number::U64 => Numbers::U64(collect(reader, 8, n, |b| endian.u64(b))?),
+            Number::F16 => Numbers::F32(collect(reader, 2, n, |b| {
+                f16::from_bits(endian.u16(b)).to_f32()
+            })?),
             Number::F32 => Numbers::F32(collect(reader, 4, n, |b| endian.f32(b))?),
             Number::F64 => Numbers::F64(collect(reader, 8, n, |b| endian.f64(b))?),
         })

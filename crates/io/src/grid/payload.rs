@@ -5,9 +5,10 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader, Cursor, ErrorKind, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use flate2::read::{MultiGzDecoder, ZlibDecoder};
+use flate2::read::{DeflateDecoder, MultiGzDecoder, ZlibDecoder};
 use tetrascope_core::Error;
 
+use super::formats::GZIP;
 use super::number::{Number, Numbers};
 use crate::source::{Endian, open_file};
 
@@ -17,6 +18,8 @@ pub(crate) enum Encoding {
     Raw,
     Gzip,
     Zlib,
+    /// As in zip files, without a header.
+    Deflate,
     /// Words, as people read them.
     Text,
 }
@@ -116,8 +119,8 @@ impl Payload {
             }
         }
         let needed = (count as u64).saturating_mul(self.number.size() as u64);
-        let is_packed = matches!(self.encoding, Encoding::Gzip | Encoding::Zlib);
-        match is_packed && needed > most_unpacked(length) {
+        let is_plain = matches!(self.encoding, Encoding::Raw | Encoding::Text);
+        match !is_plain && needed > most_unpacked(length) {
             false => Ok(()),
             true => Err(refuse(
                 &self.files[0],
@@ -151,7 +154,7 @@ impl Payload {
                 },
                 "check the sizes and the type of samples",
             ),
-            Encoding::Gzip | Encoding::Zlib => (
+            Encoding::Gzip | Encoding::Zlib | Encoding::Deflate => (
                 rest.saturating_mul(DEFLATE),
                 start,
                 "the file is truncated or damaged; copy or write it again",
@@ -227,6 +230,7 @@ impl Payload {
                 Encoding::Raw | Encoding::Text => Box::new(plain),
                 Encoding::Gzip => Box::new(MultiGzDecoder::new(plain)),
                 Encoding::Zlib => Box::new(ZlibDecoder::new(plain)),
+                Encoding::Deflate => Box::new(DeflateDecoder::new(plain)),
             })
         };
         let mut reader = open()?;
@@ -297,6 +301,17 @@ impl Payload {
         }
         Ok(bytes)
     }
+}
+
+/// The bytes of a file, unpacked if they are packed with gzip, and whether they are.
+pub(crate) fn open_unpacked(path: &Path) -> Result<(Box<dyn Read>, bool), Error> {
+    let (file, _) = open_file(path)?;
+    let mut plain = BufReader::new(file);
+    let head = plain.fill_buf().map_err(|e| cannot_read(path, e))?;
+    Ok(match head.starts_with(GZIP) {
+        true => (Box::new(MultiGzDecoder::new(plain)), true),
+        false => (Box::new(plain), false),
+    })
 }
 
 /// What went wrong while `count` numbers were read.

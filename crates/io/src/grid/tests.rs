@@ -1,5 +1,6 @@
 mod cells;
 mod frames;
+mod programs;
 mod worlds;
 
 use std::io::Write as _;

@@ -23,7 +23,7 @@ fn unknown_files_are_refused_with_the_formats_that_are_read() {
         ),
         ("a.msh", b"hello", "Gmsh"),
         ("a.case", b"FORMAT", "EnSight"),
-        ("a.pvti", b"pieces", "a VTK file that lists other files"),
+        ("a.pvti", b"pieces", "as a .pvti file does"),
         ("a.pvtu", b"pieces", "as a .pvtu file does"),
         ("a.vtu", b"no xml", "does not begin with an XML element"),
         ("a.vtk", b"no vtk", "# vtk DataFile"),

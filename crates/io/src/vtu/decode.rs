@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use base64::Engine as _;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use half::f16;
 use tetrascope_core::Error;
 
 use super::blocks::Blocks;
@@ -489,6 +490,7 @@ fn integer(kind: Number, endian: Endian, bytes: &[u8]) -> i128 {
         Number::U32 => i128::from(endian.u32(bytes)),
         Number::I64 => i128::from(endian.i64(bytes)),
         Number::U64 => i128::from(endian.u64(bytes)),
+        Number::F16 => i128::from(f16::from_bits(endian.u16(bytes)).to_f32() as i64),
         Number::F32 => i128::from(endian.f32(bytes) as i64),
         Number::F64 => i128::from(endian.f64(bytes) as i64),
     }

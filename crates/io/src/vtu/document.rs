@@ -290,38 +290,19 @@ impl<'a> Parser<'a> {
             kind @ ("StructuredGrid" | "RectilinearGrid") => {
                 self.grid = Some(kind.to_owned());
                 let attributes = attributes(self.source, element, place)?;
-                let extent = self.numbers::<i64, 6>(&attributes, "wholeextent", place)?;
-                self.document.structure = Some(Structure {
-                    extent: extent.ok_or_else(|| {
-                        self.source
-                            .error(format!("byte {place}"), "a grid without WholeExtent")
-                    })?,
-                    rectilinear: kind == "RectilinearGrid",
-                });
+                let structure = structure(self.source, &attributes, kind, place)?;
+                self.document.structure = Some(structure);
                 Ok(())
             }
             "ImageData" => {
                 self.grid = Some(name.as_ref().to_owned());
                 let attributes = attributes(self.source, element, place)?;
-                let numbers = |key: &str| self.numbers::<f64, 3>(&attributes, key, place);
-                let turn = self.numbers::<f64, 9>(&attributes, "direction", place)?;
-                let extent = self.numbers::<i64, 6>(&attributes, "wholeextent", place)?;
-                self.document.image = Some(Image {
-                    extent: extent.ok_or_else(|| {
-                        self.source
-                            .error(format!("byte {place}"), "an image without WholeExtent")
-                    })?,
-                    origin: numbers("origin")?.unwrap_or([0.0; 3]).into(),
-                    spacing: numbers("spacing")?.unwrap_or([1.0; 3]).into(),
-                    // In rows.
-                    direction: turn
-                        .map_or(DMat3::IDENTITY, |t| DMat3::from_cols_array(&t).transpose()),
-                });
+                self.document.image = Some(image(self.source, &attributes, place)?);
                 Ok(())
             }
             "Piece" if self.grid.is_some() => {
                 let attributes = attributes(self.source, element, place)?;
-                let extent = self.numbers(&attributes, "extent", place)?;
+                let extent = numbers(self.source, &attributes, "extent", place)?;
                 let structure = self.document.structure.map(|grid| grid.extent);
                 let whole = self.document.image.map(|image| image.extent);
                 let extent = extent.or(structure).or(whole).unwrap_or_default();
@@ -538,27 +519,6 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// Exactly `N` numbers of an attribute.
-    fn numbers<T: std::str::FromStr, const N: usize>(
-        &self,
-        attributes: &Attributes,
-        key: &str,
-        place: usize,
-    ) -> Result<Option<[T; N]>, Error> {
-        let Some(text) = attributes.get(key) else {
-            return Ok(None);
-        };
-        let words = text.split_ascii_whitespace();
-        let numbers: Option<Vec<T>> = words.map(|word| word.parse().ok()).collect();
-        let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
-        numbers.map(Some).ok_or_else(|| {
-            self.source.error(
-                format!("byte {place}"),
-                format!("{key} is '{text}', not {N} numbers"),
-            )
-        })
-    }
-
     fn number(
         &self,
         attributes: &Attributes,
@@ -575,6 +535,62 @@ impl<'a> Parser<'a> {
             )
         })
     }
+}
+
+/// What the attributes of a `StructuredGrid` or `RectilinearGrid` at byte `place` say, or those of
+/// the same with a `P` before, in a list of pieces.
+pub(super) fn structure(
+    source: &Source,
+    attributes: &Attributes,
+    kind: &str,
+    place: usize,
+) -> Result<Structure, Error> {
+    let extent = numbers::<i64, 6>(source, attributes, "wholeextent", place)?;
+    Ok(Structure {
+        extent: extent
+            .ok_or_else(|| source.error(format!("byte {place}"), "a grid without WholeExtent"))?,
+        rectilinear: kind.ends_with("RectilinearGrid"),
+    })
+}
+
+/// What the attributes of an `ImageData` or `PImageData` at byte `place` say.
+pub(super) fn image(
+    source: &Source,
+    attributes: &Attributes,
+    place: usize,
+) -> Result<Image, Error> {
+    let three = |key: &str| numbers::<f64, 3>(source, attributes, key, place);
+    let turn = numbers::<f64, 9>(source, attributes, "direction", place)?;
+    let extent = numbers::<i64, 6>(source, attributes, "wholeextent", place)?;
+    Ok(Image {
+        extent: extent
+            .ok_or_else(|| source.error(format!("byte {place}"), "an image without WholeExtent"))?,
+        origin: three("origin")?.unwrap_or([0.0; 3]).into(),
+        spacing: three("spacing")?.unwrap_or([1.0; 3]).into(),
+        // In rows.
+        direction: turn.map_or(DMat3::IDENTITY, |t| DMat3::from_cols_array(&t).transpose()),
+    })
+}
+
+/// Exactly `N` numbers of an attribute.
+fn numbers<T: std::str::FromStr, const N: usize>(
+    source: &Source,
+    attributes: &Attributes,
+    key: &str,
+    place: usize,
+) -> Result<Option<[T; N]>, Error> {
+    let Some(text) = attributes.get(key) else {
+        return Ok(None);
+    };
+    let words = text.split_ascii_whitespace();
+    let numbers: Option<Vec<T>> = words.map(|word| word.parse().ok()).collect();
+    let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
+    numbers.map(Some).ok_or_else(|| {
+        source.error(
+            format!("byte {place}"),
+            format!("{key} is '{text}', not {N} numbers"),
+        )
+    })
 }
 
 /// The attributes of an element at byte `place`.

@@ -1,29 +1,40 @@
-//! The samples of a `.vti` file.
+//! The samples of a `.vti` file, and of those that a `.pvti` file lists.
 
 use tetrascope_core::Error;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::{Interpolation, Lattice};
 use tetrascope_core::mesh::Association;
 
-use super::decode::Decoder;
 use super::document::{ArrayElement, Compressor, Data, Document, Image, Piece};
+use super::{Opened, Part, pieces};
 use crate::grid::ghosts::Ghosts;
 use crate::grid::number::Numbers;
 use crate::grid::{self, Entries, GridData, GridField, RawFile, split};
 use crate::source::{Source, count, read_at};
 
-/// Reads all fields. Cell data become samples at the cells' centers that fill their cells.
-pub(super) fn read(source: &Source, document: &Document, image: &Image) -> Result<GridData, Error> {
-    let decoder = Decoder::new(source, document);
+/// Reads all fields of the pieces of `files`, which make `image`; `source` is the file that was
+/// asked for. Cell data become samples at the cells' centers that fill their cells.
+pub(super) fn read(source: &Source, files: &[Opened], image: &Image) -> Result<GridData, Error> {
     let mut data = GridData {
         fields: Vec::new(),
         space: None,
-        notes: document.notes.clone(),
+        notes: Vec::new(),
         files: Vec::new(),
     };
+    for note in files.iter().flat_map(|file| &file.document.notes) {
+        if !data.notes.contains(note) {
+            data.notes.push(note.clone());
+        }
+    }
+    // Programs write empty pieces, too.
+    let has_points = |part: &Part| {
+        let points = Box3::of(&part.piece.extent, Association::Point);
+        points.and_then(|points| points.count()) != Some(0)
+    };
+    let parts: Vec<Part> = files.iter().flat_map(pieces).filter(has_points).collect();
     let mut ghosts = Ghosts::default();
-    if document.pieces.len() > 1 {
-        let pieces = count(document.pieces.len() as u64, "piece");
+    if parts.len() > 1 {
+        let pieces = count(parts.len() as u64, "piece");
         data.notes.push(format!("{pieces} joined"));
     }
     for association in [Association::Point, Association::Cell] {
@@ -36,8 +47,7 @@ pub(super) fn read(source: &Source, document: &Document, image: &Image) -> Resul
         })?;
         read_fields(
             source,
-            &decoder,
-            document,
+            &parts,
             (image, &whole, association),
             (&mut data, &mut ghosts),
         )?;
@@ -160,12 +170,11 @@ fn arrays<'a>(piece: &'a Piece<'a>, association: Association) -> &'a [ArrayEleme
 
 fn read_fields(
     source: &Source,
-    decoder: &Decoder,
-    document: &Document,
+    parts: &[Part],
     (image, whole, association): (&Image, &Box3, Association),
     (data, ghosts): (&mut GridData, &mut Ghosts),
 ) -> Result<(), Error> {
-    let Some(first) = document.pieces.first() else {
+    let Some(first) = parts.first().map(|part| part.piece) else {
         return Err(source.error("<ImageData>", "the image has no <Piece>"));
     };
     if arrays(first, association).is_empty() {
@@ -185,7 +194,7 @@ fn read_fields(
             "" => format!("unnamed-{i}"),
             name => name.to_owned(),
         };
-        let numbers = join(source, decoder, document, (whole, association), i)?;
+        let numbers = join(parts, (whole, association), i)?;
         if name == "vtkGhostType" && element.components == 1 {
             match association {
                 Association::Point => ghosts.points = Some(numbers),
@@ -230,17 +239,14 @@ fn lattice(
 
 /// The numbers of array `index` of all pieces.
 fn join(
-    source: &Source,
-    decoder: &Decoder,
-    document: &Document,
+    parts: &[Part],
     (whole, association): (&Box3, Association),
     index: usize,
 ) -> Result<Numbers, Error> {
-    let wrong = |what: String| source.error("<Piece>", what);
-    let mut parts = Vec::new();
-    let mut covered = 0usize;
-    let first = &arrays(&document.pieces[0], association)[index];
-    for piece in &document.pieces {
+    let first = &arrays(parts[0].piece, association)[index];
+    let mut runs = Vec::new();
+    for Part { file, piece } in parts {
+        let wrong = |what: String| file.source.error("<Piece>", what);
         let part = Box3::of(&piece.extent, association);
         let place = part.and_then(|part| Some((part, part.within(whole)?, part.count()?)));
         let (part, low, points) = place
@@ -249,32 +255,44 @@ fn join(
             .iter()
             .find(|e| e.name == first.name && e.components == first.components)
             .ok_or_else(|| wrong(format!("a piece has no array '{}'", first.name)))?;
-        covered = covered.saturating_add(points);
-        parts.push((part, low, decoder.numbers(element, points as u64)?));
+        runs.push((part, low, file.decoder.numbers(element, points as u64)?));
     }
-    if let [(part, _, _)] = &parts[..]
+    if let [(part, _, _)] = &runs[..]
         && part == whole
     {
-        let (_, _, numbers) = parts.remove(0);
+        let (_, _, numbers) = runs.remove(0);
         return Ok(numbers);
     }
+    let wrong = |what: String| parts[0].file.source.error("<Piece>", what);
     let points = whole.count().unwrap_or(usize::MAX);
-    if covered < points {
-        return Err(wrong(format!(
+    let missing = |covered: usize| {
+        wrong(format!(
             "pieces with {covered} samples where {points} are needed"
-        )));
+        ))
+    };
+    // Before there is memory for all of them.
+    let counts = runs.iter().filter_map(|(part, ..)| part.count());
+    let most = counts.fold(0, usize::saturating_add);
+    if most < points {
+        return Err(missing(most));
     }
     let components = first.components as usize;
-    let mut all = parts[0].2.blank(points * components);
-    for (part, low, numbers) in &parts {
+    let mut all = runs[0].2.blank(points * components);
+    // Neighbors share samples, so that numbers of them alone do not tell what is missing.
+    let mut covered = vec![false; points];
+    for (part, low, numbers) in &runs {
         let row = part.size[0] * components;
         for i in 0..part.size[1] * part.size[2] {
             let (y, z) = (low[1] + i % part.size[1], low[2] + i / part.size[1]);
-            let start = (low[0] + whole.size[0] * (y + whole.size[1] * z)) * components;
-            if !all.put(start, numbers, i * row..(i + 1) * row) {
+            let start = low[0] + whole.size[0] * (y + whole.size[1] * z);
+            covered[start..start + part.size[0]].fill(true);
+            if !all.put(start * components, numbers, i * row..(i + 1) * row) {
                 return Err(wrong(format!("array '{}' changes its type", first.name)));
             }
         }
     }
-    Ok(all)
+    match covered.iter().filter(|covered| **covered).count() {
+        all_of_them if all_of_them == points => Ok(all),
+        some => Err(missing(some)),
+    }
 }

@@ -1,4 +1,5 @@
-//! Files that list others: `.pvtu`, the pieces of a mesh, and `.vtm`, blocks of any kind.
+//! Files that list others: the pieces of a mesh, `.pvtu`, `.pvts` and `.pvtr`, or of an image,
+//! `.pvti`, and blocks of any kind, `.vtm`.
 //!
 //! Names start at the folder of the file that lists them and do not lead out of it. A part's
 //! points stay its own; where they lie exactly at those of another part, cells of both that
@@ -9,13 +10,14 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use quick_xml::Reader;
-use quick_xml::events::Event;
+use quick_xml::events::{BytesStart, Event};
 use tetrascope_core::Error;
 
-use super::document::Document;
-use super::{Fields, Opened, attributes, line, read_mesh, to_utf8};
-use crate::MeshData;
+use super::document::{self, Document, Image};
+use super::structured::{self, Structure};
+use super::{Fields, Opened, attributes, image, line, read_mesh, to_utf8};
 use crate::collection::MAX_COLLECTION_BYTES;
+use crate::read::FileData;
 use crate::source::{KEEP_TOGETHER, Source, beside, count, read_at};
 
 /// What a file lists.
@@ -23,6 +25,9 @@ use crate::source::{KEEP_TOGETHER, Source, beside, count, read_at};
 pub(super) enum Kind {
     /// Pieces of one mesh, all with the same fields: `.pvtu`.
     Pieces,
+    /// Pieces of one structured or rectilinear grid or of an image, by their extents: `.pvts`,
+    /// `.pvtr`, `.pvti`.
+    Extents,
     /// Meshes and other things, each with its own fields: `.vtm`.
     Blocks,
 }
@@ -32,6 +37,7 @@ impl Kind {
     pub(super) fn of(source: &Source) -> Option<Kind> {
         match file_type(source)?.as_str() {
             "PUnstructuredGrid" => Some(Kind::Pieces),
+            "PStructuredGrid" | "PRectilinearGrid" | "PImageData" => Some(Kind::Extents),
             "vtkMultiBlockDataSet" => Some(Kind::Blocks),
             _ => None,
         }
@@ -40,7 +46,7 @@ impl Kind {
     /// The element that names a file, and the attribute that has the name.
     fn names(self) -> (&'static str, &'static str) {
         match self {
-            Kind::Pieces => ("Piece", "source"),
+            Kind::Pieces | Kind::Extents => ("Piece", "source"),
             Kind::Blocks => ("DataSet", "file"),
         }
     }
@@ -69,9 +75,9 @@ struct Entry {
     path: PathBuf,
 }
 
-/// Reads the files that `list` names and joins their meshes.
-pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<MeshData, Error> {
-    let entries = entries(&list, kind)?;
+/// Reads the files that `list` names and joins their meshes or images.
+pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<FileData, Error> {
+    let (entries, grid) = entries(&list, kind)?;
     let mut notes = Vec::new();
     let mut sources = Vec::new();
     let mut names = Vec::new();
@@ -90,8 +96,13 @@ pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<MeshData, Error> {
     let mut documents = Vec::new();
     for source in &sources {
         let document = Document::parse(source)?;
-        if document.image.is_some() {
-            let what = "a piece of a mesh is a regular grid, which cannot be";
+        let what = match (document.image.is_some(), &grid) {
+            (true, Some(Whole::Image(_))) => None,
+            (true, _) => Some("a piece of a mesh is a regular grid, which cannot be"),
+            (false, Some(Whole::Image(_))) => Some("a piece of an image is none"),
+            (false, _) => None,
+        };
+        if let Some(what) = what {
             return Err(source.error("<VTKFile>", what));
         }
         documents.push(document);
@@ -107,15 +118,42 @@ pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<MeshData, Error> {
     let files: Vec<Opened> = files
         .map(|((source, document), name)| Opened::new(source, document, Some(name)))
         .collect();
-    let fields = match kind {
-        Kind::Pieces => Fields::Common,
-        Kind::Blocks => Fields::All,
+    let read = match (kind, grid) {
+        (_, Some(Whole::Image(image))) => image::read(&list, &files, &image).map(FileData::Grid),
+        (_, Some(Whole::Structure(structure))) => {
+            let pieces = documents.iter().flat_map(|document| &document.pieces);
+            structured::check_pieces(&list, &structure.extent, pieces)?;
+            structured::read(&list, &files, &structure)
+        }
+        (Kind::Blocks, _) => read_mesh(&list, &files, Fields::All).map(FileData::Mesh),
+        _ => read_mesh(&list, &files, Fields::Common).map(FileData::Mesh),
     };
-    let mut data = read_mesh(&list, &files, fields)?;
-    data.notes.splice(0..0, notes);
-    data.files = vec![list.path.clone()];
-    data.files.extend(sources.iter().map(|s| s.path.clone()));
-    Ok(data)
+    let mut read = read?;
+    let (all_notes, all_files) = match &mut read {
+        FileData::Mesh(data) => (&mut data.notes, &mut data.files),
+        FileData::Grid(data) => (&mut data.notes, &mut data.files),
+    };
+    all_notes.splice(0..0, notes);
+    *all_files = vec![list.path.clone()];
+    all_files.extend(sources.iter().map(|s| s.path.clone()));
+    Ok(read)
+}
+
+/// The grid that pieces make together.
+enum Whole {
+    Image(Image),
+    Structure(Structure),
+}
+
+impl Whole {
+    /// What the element of a list at byte `place` says that its pieces are in.
+    fn of(list: &Source, element: &BytesStart, place: usize) -> Result<Whole, Error> {
+        let attributes = attributes(list, element, place)?;
+        Ok(match element.local_name().as_ref() {
+            "PImageData" => Whole::Image(document::image(list, &attributes, place)?),
+            kind => Whole::Structure(document::structure(list, &attributes, kind, place)?),
+        })
+    }
 }
 
 /// What a VTK XML file holds that is not a mesh.
@@ -129,8 +167,9 @@ fn other_kind(path: &Path) -> Result<Option<String>, Error> {
     Ok(kind.filter(|kind| !meshes.contains(&kind.as_str())))
 }
 
-/// The files that are listed, in their order; each is there.
-fn entries(list: &Source, kind: Kind) -> Result<Vec<Entry>, Error> {
+/// The files that are listed, in their order; each is there. With them the grid that they make,
+/// where the list has one.
+fn entries(list: &Source, kind: Kind) -> Result<(Vec<Entry>, Option<Whole>), Error> {
     if list.bytes.len() as u64 > MAX_COLLECTION_BYTES {
         return Err(list.error(
             "byte 0",
@@ -142,7 +181,7 @@ fn entries(list: &Source, kind: Kind) -> Result<Vec<Entry>, Error> {
     let (element_name, key) = kind.names();
     let mut entries = Vec::new();
     let mut known = HashSet::new();
-    let mut is_whole = false;
+    let (mut is_whole, mut grid) = (false, None);
     loop {
         let place = reader.buffer_position() as usize;
         let event = reader.read_event().map_err(|error| {
@@ -153,14 +192,20 @@ fn entries(list: &Source, kind: Kind) -> Result<Vec<Entry>, Error> {
         })?;
         match event {
             Event::Start(element) | Event::Empty(element) => {
-                if element.local_name().as_ref() != element_name {
+                let element_kind = element.local_name();
+                let element_kind = element_kind.as_ref();
+                if kind == Kind::Extents && grid.is_none() && element_kind != "VTKFile" {
+                    grid = Some(Whole::of(list, &element, place)?);
+                    continue;
+                }
+                if element_kind != element_name {
                     continue;
                 }
                 // A block without a file is empty.
                 let name = attributes(list, &element, place)?.remove(key);
                 let Some(name) = name.filter(|name| !name.is_empty()) else {
                     match kind {
-                        Kind::Pieces => {
+                        Kind::Pieces | Kind::Extents => {
                             let what = "a <Piece> without Source: no file is named";
                             return Err(list.error(line(&text, place), what));
                         }
@@ -203,7 +248,7 @@ fn entries(list: &Source, kind: Kind) -> Result<Vec<Entry>, Error> {
             "names of files start at the folder of this file: copy them with it",
         ));
     }
-    Ok(entries)
+    Ok((entries, grid))
 }
 
 /// The path of a name that was not listed before and is in the folder of `list` or below; else

@@ -4,14 +4,12 @@
 //! whose coordinates are evenly spaced, but for the rounding of their numbers, is a regular
 //! grid.
 
-use std::sync::Arc;
-
 use glam::{DMat3, DVec3};
 use tetrascope_core::{Cells, Error, glam};
 
 use super::decode::Decoder;
 use super::document::{Document, Image, Piece};
-use super::{Fields, Opened, image, read_mesh};
+use super::{Fields, Opened, Part, image, pieces, read_mesh};
 use crate::grid::number::Number;
 use crate::mesh_data::add_hexahedra;
 use crate::read::FileData;
@@ -53,8 +51,17 @@ pub(super) fn check(source: &Source, document: &Document) -> Result<(), Error> {
     let Some(Structure { extent: whole, .. }) = &document.structure else {
         return Ok(());
     };
+    check_pieces(source, whole, document.pieces.iter())
+}
+
+/// Checks that `pieces` lie in the extent `whole` and are enough to fill it.
+pub(super) fn check_pieces<'a>(
+    source: &Source,
+    whole: &[i64; 6],
+    pieces: impl Iterator<Item = &'a Piece<'a>>,
+) -> Result<(), Error> {
     let mut covered = 0_u64;
-    for piece in &document.pieces {
+    for piece in pieces {
         if piece.cells == 0 {
             continue;
         }
@@ -86,10 +93,10 @@ pub(super) fn uncountable(source: &Source, extent: &[i64; 6]) -> Error {
     source.error("<Piece>", format!("the extent {extent:?} cannot be"))
 }
 
-/// Reads the only grid of a file.
+/// Reads the grid that the pieces of `files` make; `source` is the file that was asked for.
 pub(super) fn read(
-    source: &Arc<Source>,
-    document: &Document,
+    source: &Source,
+    files: &[Opened],
     structure: &Structure,
 ) -> Result<FileData, Error> {
     let [i, j, k] = dimensions(&structure.extent).unwrap_or_default();
@@ -101,14 +108,13 @@ pub(super) fn read(
         ));
     }
     if structure.rectilinear
-        && let Some((image, note)) = regular(source, document, structure)?
+        && let Some((image, note)) = regular(files, structure)?
     {
-        let mut grid = image::read(source, document, &image)?;
+        let mut grid = image::read(source, files, &image)?;
         grid.notes.push(note);
         return Ok(FileData::Grid(grid));
     }
-    let file = Opened::new(source, document, None);
-    read_mesh(source, &[file], Fields::Common).map(FileData::Mesh)
+    read_mesh(source, files, Fields::Common).map(FileData::Mesh)
 }
 
 /// Appends the hexahedra of a piece whose points begin at number `first`.
@@ -167,21 +173,17 @@ fn coordinates(
 
 /// The regular grid that a rectilinear one is, and what is to be said about it, if its
 /// coordinates are evenly spaced.
-fn regular(
-    source: &Source,
-    document: &Document,
-    structure: &Structure,
-) -> Result<Option<(Image, String)>, Error> {
-    let decoder = Decoder::new(source, document);
-    let mut pieces: Vec<&Piece> = document.pieces.iter().filter(|p| p.cells > 0).collect();
+fn regular(files: &[Opened], structure: &Structure) -> Result<Option<(Image, String)>, Error> {
+    let has_cells = |part: &Part| part.piece.cells > 0;
+    let mut parts: Vec<Part> = files.iter().flat_map(pieces).filter(has_cells).collect();
     let (mut origin, mut spacing, mut worst) = ([0.0; 3], [0.0; 3], 0.0_f64);
     for axis in 0..3 {
         let low = structure.extent[2 * axis];
-        pieces.sort_by_key(|piece| piece.extent[2 * axis]);
+        parts.sort_by_key(|part| part.piece.extent[2 * axis]);
         let mut all: Vec<f64> = Vec::new();
         let mut epsilon = 0.0_f64;
-        for piece in &pieces {
-            let values = coordinates(source, &decoder, piece, axis)?;
+        for Part { file, piece } in &parts {
+            let values = coordinates(file.source, &file.decoder, piece, axis)?;
             let start = (piece.extent[2 * axis] - low) as usize; // it is in the whole
             let known = all.get(start..).unwrap_or_default();
             let is_same = known.iter().zip(&values).all(|(a, b)| a == b);

@@ -150,9 +150,9 @@ fn xml_in_latin_1_is_read_with_its_names() {
 
 #[test]
 fn files_that_list_others_name_one_of_them() {
-    let text = r#"<VTKFile type="PImageData"><PImageData><Piece Source="a_0.vti"/><Piece Source="a_1.vti"/></PImageData></VTKFile>"#;
-    let error = read_named("a.pvti", text.as_bytes());
-    let words = "holds a PImageData, which only lists 2 other files, the first of them 'a_0.vti'";
+    let text = r#"<VTKFile type="PPolyData"><PPolyData><Piece Source="a_0.vtp"/><Piece Source="a_1.vtp"/></PPolyData></VTKFile>"#;
+    let error = read_named("a.pvtp", text.as_bytes());
+    let words = "holds a PPolyData, which only lists 2 other files, the first of them 'a_0.vtp'";
     assert!(error.to_string().contains(words), "{error}");
     assert!(
         error
