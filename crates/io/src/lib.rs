@@ -93,6 +93,7 @@ pub mod gmsh;
 pub mod grid;
 pub mod image;
 mod mesh_data;
+mod pieces;
 pub mod plot3d;
 mod polyhedra;
 mod read;

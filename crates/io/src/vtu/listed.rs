@@ -13,9 +13,10 @@ use quick_xml::events::Event;
 use tetrascope_core::Error;
 
 use super::document::Document;
-use super::{Fields, Opened, attributes, line, read_mesh, to_utf8};
+use super::{Opened, attributes, line, read_mesh, to_utf8};
 use crate::MeshData;
 use crate::collection::MAX_COLLECTION_BYTES;
+use crate::pieces::Fields;
 use crate::source::{KEEP_TOGETHER, Source, beside, count, read_at};
 
 /// What a file lists.

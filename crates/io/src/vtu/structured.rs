@@ -7,13 +7,13 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use tetrascope_core::{Cells, Error, glam};
+use tetrascope_core::{Error, glam};
 
 use super::decode::Decoder;
 use super::document::{Document, Image, Piece};
-use super::{Fields, Opened, image, read_mesh};
+use super::{Opened, image, read_mesh};
 use crate::grid::number::Number;
-use crate::mesh_data::add_hexahedra;
+use crate::pieces::Fields;
 use crate::read::FileData;
 use crate::source::Source;
 
@@ -111,12 +111,6 @@ pub(super) fn read(
     read_mesh(source, &[file], Fields::Common).map(FileData::Mesh)
 }
 
-/// Appends the hexahedra of a piece whose points begin at number `first`.
-pub(super) fn append_cells(piece: &Piece, first: u64, cells: &mut Cells) -> Result<(), Error> {
-    let dimensions = dimensions(&piece.extent).unwrap_or_default();
-    add_hexahedra(cells, dimensions, first)
-}
-
 /// Calls `each` with the coordinates x, y and z of all points of a piece of a rectilinear grid.
 pub(super) fn each_coordinate(
     source: &Source,
@@ -125,15 +119,19 @@ pub(super) fn each_coordinate(
     each: &mut dyn FnMut(f64),
 ) -> Result<(), Error> {
     let axis = |axis| coordinates(source, decoder, piece, axis);
-    let (xs, ys, zs) = (axis(0)?, axis(1)?, axis(2)?);
-    for &z in &zs {
-        for &y in &ys {
-            for &x in &xs {
+    each_point(&[axis(0)?, axis(1)?, axis(2)?], each);
+    Ok(())
+}
+
+/// Calls `each` with x, y and z of all points of a rectilinear grid with these axes.
+pub(crate) fn each_point([xs, ys, zs]: &[Vec<f64>; 3], each: &mut dyn FnMut(f64)) {
+    for &z in zs {
+        for &y in ys {
+            for &x in xs {
                 [x, y, z].into_iter().for_each(&mut *each);
             }
         }
     }
-    Ok(())
 }
 
 /// The most points along an axis of a rectilinear grid.
