@@ -49,8 +49,9 @@ use std::sync::Arc;
 use tetrascope_core::Error;
 use tetrascope_core::mesh::Association;
 
-pub(crate) use self::document::{attributes, line};
+pub(crate) use self::document::{Image, attributes, line};
 pub(crate) use self::encoding::to_utf8;
+pub(crate) use self::image::{Box3, ImageArray, ImageFields};
 
 use self::decode::Decoder;
 use self::document::{ArrayElement, Document, Piece};
