@@ -2,7 +2,7 @@
 
 use super::*;
 
-const SMALL: [&str; 9] = [
+const SMALL: &[&str] = &[
     "lattice-zlib.vtkhdf",
     "polyhedra.vtkhdf",
     "image.vtkhdf",
@@ -11,6 +11,7 @@ const SMALL: [&str; 9] = [
     "by-hand.hdf",
     "cycle.hdf",
     "images.vtkhdf",
+    #[cfg(feature = "exodus")]
     "steps.e",
 ];
 
