@@ -1,36 +1,85 @@
-//! Exodus II meshes, `.e`, `.exo`, `.ex2`, in netCDF classic files: CDF-1, CDF-2 and CDF-5.
+//! Exodus II meshes, `.e`, `.exo`, `.ex2`, in netCDF classic files, which are CDF-1, CDF-2 and
+//! CDF-5, and in HDF5 files, which netCDF-4 writes.
 //!
 //! L. A. Schoof and V. R. Yarberry, *EXODUS II: A Finite Element Data Model*, 1994. Blocks of
 //! tetrahedra, hexahedra, wedges and pyramids of order 1 and 2 are read, with their nodes in
 //! VTK's order; other blocks are left out, with a note. Element variables are NaN where
-//! the file has none for a block. Of several time steps the first is read. Three variables
-//! that follow each other and end in X, Y and Z are a vector. Where there are several blocks,
-//! `block id` is a cell field.
-//!
-//! Exodus in HDF5 files is not read.
+//! the file has none for a block, by its truth table or for want of values. Of several time
+//! steps the first is read, or that of [`ReadOptions::step`](crate::ReadOptions::step). Three
+//! variables that follow each other and end in X, Y and Z are a vector. Where there are several
+//! blocks, `block id` is a cell field.
 
-use std::collections::{BTreeMap, HashMap};
+mod file;
+
+use std::collections::BTreeMap;
 use std::fmt;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::DVec3;
-use netcdf_reader::classic::ClassicFile;
-use netcdf_reader::{NcFormat, NcSliceInfo, NcSliceInfoElem, NcType};
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Cells, Error, glam};
 
+use self::file::File;
 use crate::MeshData;
 use crate::fields::{Array, Numbers, Runs};
+use crate::grid::payload::most_unpacked;
 use crate::read::check;
 use crate::source::{Source, count, reserve, room};
+use crate::steps::{StepChoice, choose, note};
 
 /// Blocks times variables: each takes a look for its values.
 const MOST_PAIRS: u64 = 1 << 20;
 
-/// Reads an Exodus file.
-pub(crate) fn read(source: Source) -> Result<MeshData, Error> {
-    let file = Arc::new(File::of(source)?);
+/// Time steps that are read.
+const MOST_STEPS: u64 = 1 << 20;
+
+/// Reads an Exodus file in netCDF's classic format.
+pub(crate) fn read(source: Source, choice: Option<StepChoice>) -> Result<MeshData, Error> {
+    read_mesh(File::classic(source)?, choice)
+}
+
+/// Reads an Exodus file in HDF5.
+#[cfg(feature = "hdf5")]
+pub(crate) fn read_hdf5(
+    root: &crate::hdf5::Group,
+    choice: Option<StepChoice>,
+) -> Result<MeshData, Error> {
+    read_mesh(File::hdf5(root)?, choice)
+}
+
+/// The times of the steps of a file in netCDF's classic format.
+pub(crate) fn steps(source: Source) -> Result<Vec<f64>, Error> {
+    times(&File::classic(source)?)
+}
+
+/// The times of the steps of a file in HDF5.
+#[cfg(feature = "hdf5")]
+pub(crate) fn hdf5_steps(root: &crate::hdf5::Group) -> Result<Vec<f64>, Error> {
+    times(&File::hdf5(root)?)
+}
+
+/// Whether an HDF5 file with these datasets is Exodus.
+#[cfg(feature = "hdf5")]
+pub(crate) fn is_exodus(datasets: &[String]) -> bool {
+    let names = ["coord", "coordx", "num_el_blk"];
+    datasets.iter().any(|name| names.contains(&name.as_str()))
+}
+
+fn times(file: &File) -> Result<Vec<f64>, Error> {
+    match file.variable("time_whole") {
+        Some(variable) if variable.shape[0] > MOST_STEPS => {
+            let what = format!("{} steps; up to {MOST_STEPS} are read", variable.shape[0]);
+            Err(file.error("variable 'time_whole'", what))
+        }
+        Some(_) => file.floats("time_whole", &[]),
+        None => Ok(Vec::new()),
+    }
+}
+
+fn read_mesh(file: File, choice: Option<StepChoice>) -> Result<MeshData, Error> {
+    let file = Arc::new(file);
+    let times = times(&file)?;
+    let step = choose(&file.path, choice, &times)?.unwrap_or(0);
     let mut data = MeshData {
         points: points(&file)?,
         ..MeshData::default()
@@ -39,18 +88,12 @@ pub(crate) fn read(source: Source) -> Result<MeshData, Error> {
     if data.cells.types.is_empty() {
         return Err(file.error("the element blocks", "the file has no volumes"));
     }
-    let steps = file.variable("time_whole").map_or(1, |v| v.shape[0]);
-    if steps > 1 {
-        let time = file.floats("time_whole", &[0])?;
-        data.notes.push(format!(
-            "the file holds {steps} time steps: the first, at {}, is read",
-            time.first().copied().unwrap_or(0.0)
-        ));
-    }
+    data.notes.extend(note(&times, step));
     let mut arrays = Vec::new();
     for association in [Association::Point, Association::Cell] {
         for (name, variables) in vectors(&names(&file, association)?) {
             let values = Values {
+                step: step as u64,
                 file: file.clone(),
                 blocks: blocks.clone(),
                 association,
@@ -71,140 +114,17 @@ pub(crate) fn read(source: Source) -> Result<MeshData, Error> {
         arrays.push(Array::scalar("block id", Association::Cell, cells, runs));
     }
     check(&file.path, &data, &arrays)?;
+    let numbers = arrays.iter().map(|a| a.tuples as u64 * a.components as u64);
+    let bytes = numbers.fold(0_u64, |bytes, n| bytes.saturating_add(8 * n));
+    if bytes > most_unpacked(file.length) {
+        let what = format!(
+            "{bytes} bytes are packed in {}, which is refused",
+            file.length
+        );
+        return Err(file.error("the variables", what));
+    }
     data.add_fields(arrays)?;
     Ok(data)
-}
-
-/// A netCDF file in memory.
-struct File {
-    path: PathBuf,
-    length: u64,
-    file: ClassicFile,
-    /// Those that can be read, by name.
-    variables: HashMap<String, Variable>,
-}
-
-struct Variable {
-    /// At least one dimension.
-    shape: Vec<u64>,
-    is_text: bool,
-    /// The name of its elements' type, such as "HEX8".
-    element_type: String,
-}
-
-impl File {
-    fn of(source: Source) -> Result<File, Error> {
-        let Source { path, bytes } = source;
-        let length = bytes.len() as u64;
-        let format = match bytes.get(3) {
-            Some(1) => NcFormat::Classic,
-            Some(2) => NcFormat::Offset64,
-            _ => NcFormat::Cdf5,
-        };
-        // Not by its path, for which the crate maps the file: a file that becomes shorter
-        // would then end the program.
-        let file = ClassicFile::from_vec(bytes, format);
-        let file = file.map_err(|error| Error::Format {
-            path: path.clone(),
-            at: "the netCDF header".into(),
-            what: one_line(&error),
-            help: Some("the file is truncated or damaged; copy or write it again".into()),
-        })?;
-        let mut variables = HashMap::new();
-        for variable in &file.root_group().variables {
-            let shape = variable.shape();
-            let bytes: u64 = match variable.dtype() {
-                NcType::Byte | NcType::UByte | NcType::Char => 1,
-                NcType::Short | NcType::UShort => 2,
-                NcType::Int | NcType::UInt | NcType::Float => 4,
-                NcType::Double | NcType::Int64 | NcType::UInt64 => 8,
-                _ => continue,
-            };
-            let needed = shape.iter().try_fold(bytes, |n, &d| n.checked_mul(d));
-            if needed.is_none_or(|needed| needed > length) {
-                return Err(Error::Format {
-                    path,
-                    at: format!("variable '{}'", variable.name()),
-                    what: format!("{shape:?} values cannot be in a file of {length} bytes"),
-                    help: Some("the file is truncated or damaged; copy or write it again".into()),
-                });
-            }
-            if !shape.is_empty() {
-                let is_text = matches!(variable.dtype(), NcType::Char);
-                let element_type = variable.attribute("elem_type");
-                let element_type = element_type.and_then(|kind| kind.value.as_string());
-                let element_type = element_type.unwrap_or_default();
-                let known = Variable {
-                    shape,
-                    is_text,
-                    element_type: element_type.trim_matches(['\0', ' ']).to_owned(),
-                };
-                variables.insert(variable.name().to_owned(), known);
-            }
-        }
-        Ok(File {
-            path,
-            length,
-            file,
-            variables,
-        })
-    }
-
-    /// The size of a dimension; 0 if it is not there.
-    fn dimension(&self, name: &str) -> u64 {
-        let mut dimensions = self.file.root_group().dimensions.iter();
-        dimensions.find(|d| d.name == name).map_or(0, |d| d.size)
-    }
-
-    fn variable(&self, name: &str) -> Option<&Variable> {
-        self.variables.get(name)
-    }
-
-    fn error(&self, at: impl Into<String>, what: impl Into<String>) -> Error {
-        Error::Format {
-            path: self.path.clone(),
-            at: at.into(),
-            what: what.into(),
-            help: None,
-        }
-    }
-
-    /// The numbers of a variable at the given places of its first dimensions.
-    fn floats(&self, name: &str, places: &[u64]) -> Result<Vec<f64>, Error> {
-        let wrong = |what: String| self.error(format!("variable '{name}'"), what);
-        let variable = self
-            .variable(name)
-            .ok_or_else(|| wrong("the file does not have it".into()))?;
-        if variable.is_text {
-            return Err(wrong("it is text where numbers are needed".into()));
-        }
-        let shape = &variable.shape;
-        if places.len() > shape.len() || places.iter().zip(shape).any(|(at, size)| at >= size) {
-            return Err(wrong(format!("its shape is {shape:?}")));
-        }
-        let mut selection = NcSliceInfo::all(shape.len());
-        for (part, &place) in selection.selections.iter_mut().zip(places) {
-            *part = NcSliceInfoElem::Index(place);
-        }
-        let values = self.file.read_variable_slice_as_f64(name, &selection);
-        let values = values.map_err(|error| wrong(one_line(&error)))?;
-        Ok(values.into_raw_vec_and_offset().0)
-    }
-
-    /// The texts of a variable; none if it is not there.
-    fn texts(&self, name: &str) -> Result<Vec<String>, Error> {
-        match self.variable(name) {
-            Some(variable) if variable.is_text => {
-                let texts = self.file.read_variable_as_strings(name);
-                texts.map_err(|error| self.error(format!("variable '{name}'"), one_line(&error)))
-            }
-            _ => Ok(Vec::new()),
-        }
-    }
-}
-
-fn one_line(error: &netcdf_reader::Error) -> String {
-    error.to_string().replace(['\n', '\r'], " ")
 }
 
 fn points(file: &File) -> Result<Vec<DVec3>, Error> {
@@ -239,6 +159,49 @@ struct Block {
     number: u64,
     id: f64,
     cells: u64,
+    /// The variables that the truth table says it does not have, by number.
+    absent: Vec<u64>,
+}
+
+/// `elem_var_tab`: whether each block has values of each variable.
+struct Truth {
+    marks: Vec<f64>,
+    variables: usize,
+}
+
+impl Truth {
+    /// The table of a file of so many blocks, if it has one.
+    fn of(file: &File, blocks: u64) -> Result<Truth, Error> {
+        let none = Truth {
+            marks: Vec::new(),
+            variables: 1,
+        };
+        let Some(table) = file.variable("elem_var_tab") else {
+            return Ok(none);
+        };
+        match table.shape[..] {
+            [rows, variables] if rows == blocks && variables > 0 => {
+                let pairs = rows.saturating_mul(variables);
+                if pairs > MOST_PAIRS {
+                    let what = format!("{pairs} pairs; up to {MOST_PAIRS} are read");
+                    return Err(file.error("variable 'elem_var_tab'", what));
+                }
+                Ok(Truth {
+                    marks: file.floats("elem_var_tab", &[])?,
+                    variables: variables as usize,
+                })
+            }
+            _ => Ok(none),
+        }
+    }
+
+    /// The numbers of the variables that block `number` does not have.
+    fn absent(&self, number: u64) -> Vec<u64> {
+        let mut rows = self.marks.chunks_exact(self.variables);
+        let row = rows.nth(number as usize - 1).unwrap_or_default();
+        let marks = row.iter().zip(1..).filter(|(mark, _)| **mark == 0.0);
+        marks.map(|(_, variable)| variable).collect()
+    }
 }
 
 /// A cell type: its VTK number and, for each of its points, which of a block's nodes it is.
@@ -302,6 +265,7 @@ fn blocks(file: &File, data: &mut MeshData) -> Result<Vec<Block>, Error> {
         Some(_) => file.floats("eb_prop1", &[])?,
         None => Vec::new(),
     };
+    let truth = Truth::of(file, number)?;
     let (mut blocks, mut skipped) = (Vec::new(), BTreeMap::<String, u64>::new());
     let mut bytes = 0_u64;
     data.cells.offsets.push(0);
@@ -325,7 +289,7 @@ fn blocks(file: &File, data: &mut MeshData) -> Result<Vec<Block>, Error> {
         };
         // Blocks that lie at one place in the file would make more of it than there is.
         bytes = bytes.saturating_add(4 * elements.saturating_mul(nodes));
-        if bytes > file.length {
+        if bytes > file.most_bytes {
             return Err(file.error(at(), "the blocks overlap in the file"));
         }
         let connectivity = file.floats(&name, &[])?;
@@ -339,6 +303,7 @@ fn blocks(file: &File, data: &mut MeshData) -> Result<Vec<Block>, Error> {
         )?;
         blocks.push(Block {
             number,
+            absent: truth.absent(number),
             id: ids
                 .get(number as usize - 1)
                 .copied()
@@ -402,7 +367,10 @@ fn names(file: &File, association: Association) -> Result<Vec<(String, u64)>, Er
         Association::Cell => "name_elem_var",
     };
     let blocks = file.dimension("num_el_blk").max(1);
-    let variables = file.variable(list).map_or(0, |v| v.shape[0]);
+    let Some(variable) = file.variable(list) else {
+        return Ok(Vec::new());
+    };
+    let variables = variable.shape[0];
     if variables.saturating_mul(blocks) > MOST_PAIRS {
         return Err(file.error(
             format!("variable '{list}'"),
@@ -444,8 +412,9 @@ fn vectors(names: &[(String, u64)]) -> Vec<(String, Vec<u64>)> {
     fields
 }
 
-/// The values of a field in the file.
+/// The values of a field in the file at a time step.
 struct Values {
+    step: u64,
     file: Arc<File>,
     blocks: Arc<[Block]>,
     association: Association,
@@ -488,15 +457,17 @@ impl Values {
     fn nodal(&self, variable: u64) -> Option<(String, Vec<u64>)> {
         let own = format!("vals_nod_var{variable}");
         let (name, places) = match self.file.variable(&own) {
-            Some(_) => (own, vec![0]),
-            None => ("vals_nod_var".to_owned(), vec![0, variable - 1]),
+            Some(_) => (own, vec![self.step]),
+            None => ("vals_nod_var".to_owned(), vec![self.step, variable - 1]),
         };
         self.has(&name, &places).then_some((name, places))
     }
 
     fn element(&self, variable: u64, block: &Block) -> Option<(String, Vec<u64>)> {
         let name = format!("vals_elem_var{variable}eb{}", block.number);
-        self.has(&name, &[0]).then(|| (name, vec![0]))
+        let places = vec![self.step];
+        let is_there = !block.absent.contains(&variable) && self.has(&name, &places);
+        is_there.then_some((name, places))
     }
 
     /// Whether a variable has these places; one without time steps has none.

@@ -5,7 +5,7 @@
 //! surfaces are left out, with a note. Nodes and elements may have any tags.
 //!
 //! `$NodeData` and `$ElementData` of one name are one field; of several time steps the first
-//! is read. What has no value is NaN. `$ElementNodeData` is left out, with a note. The first
+//! is read, or that of [`ReadOptions::step`](crate::ReadOptions::step). What has no value is NaN. `$ElementNodeData` is left out, with a note. The first
 //! physical group of each element is the cell field `physical id`, where there is more than
 //! one.
 //!
@@ -15,7 +15,7 @@ mod cursor;
 mod elements;
 mod tags;
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 use std::sync::Arc;
 
@@ -27,10 +27,11 @@ use tetrascope_core::{Cells, Error, glam};
 use self::cursor::{Cursor, Encoding, Number, clip};
 use self::elements::{Cell, Element, element};
 use self::tags::Tags;
-use crate::MeshData;
 use crate::fields::{Array, MOST_COMPONENTS, Numbers, Runs};
 use crate::read::check;
 use crate::source::{Endian, Source, count, reserve};
+use crate::steps::{StepChoice, choose, note};
+use crate::{MeshData, parse_float};
 
 /// Help with files of other versions.
 const CONVERT: &str = "convert it: gmsh old.msh -save -format msh41 -o new.msh";
@@ -48,38 +49,77 @@ pub(crate) fn is_gmsh(head: &[u8]) -> bool {
 }
 
 /// Reads a `.msh` file.
-pub(crate) fn read(source: Source) -> Result<MeshData, Error> {
+pub(crate) fn read(source: Source, choice: Option<StepChoice>) -> Result<MeshData, Error> {
     let source = Arc::new(source);
-    let mut reader = Reader {
-        cursor: Cursor::new(&source),
-        version: None,
-        node_tags: Vec::new(),
-        points: Vec::new(),
-        elements: Elements::default(),
-        physical: HashMap::new(),
-        names: HashMap::new(),
-        views: Vec::new(),
-        left_out: Vec::new(),
-    };
-    if source.bytes.starts_with(b"\xef\xbb\xbf") {
-        reader.cursor.at = 3;
+    let mut reader = Reader::new(&source, Scope::All);
+    reader.sections()?;
+    let steps = &reader.steps;
+    let times: Vec<f64> = steps.values().copied().collect();
+    let chosen = choose(&source.path, choice, &times)?;
+    // Without a choice each field has its own first step.
+    let chosen = choice.and(chosen);
+    let step = chosen.and_then(|number| steps.keys().copied().nth(number));
+    let note = chosen.and_then(|number| note(&times, number));
+    let mut data = reader.mesh(&source, step)?;
+    data.notes.extend(note);
+    Ok(data)
+}
+
+/// The times of the steps that the fields of a `.msh` file have.
+pub(crate) fn steps(source: Source) -> Result<Vec<f64>, Error> {
+    let mut reader = Reader::new(&source, Scope::Steps);
+    reader.sections()?;
+    Ok(reader.steps.into_values().collect())
+}
+
+/// What is read of a file.
+#[derive(Clone, Copy, PartialEq)]
+enum Scope {
+    All,
+    /// The time steps alone.
+    Steps,
+}
+
+impl<'a> Reader<'a> {
+    fn new(source: &'a Source, scope: Scope) -> Reader<'a> {
+        Reader {
+            scope,
+            cursor: Cursor::new(source),
+            version: None,
+            node_tags: Vec::new(),
+            points: Vec::new(),
+            elements: Elements::default(),
+            physical: HashMap::new(),
+            names: HashMap::new(),
+            views: Vec::new(),
+            steps: BTreeMap::new(),
+            left_out: Vec::new(),
+        }
     }
-    while let Some(line) = reader.cursor.full_line() {
-        let name = std::str::from_utf8(line).ok();
-        let Some(name) = name.and_then(|line| line.strip_prefix('$')) else {
-            let line = String::from_utf8_lossy(line);
-            return Err(reader.cursor.truncated(format!(
-                "'{}' where a section such as $Nodes is to begin",
-                clip(&line)
-            )));
-        };
-        reader.section(name)?;
+
+    /// Reads all sections.
+    fn sections(&mut self) -> Result<(), Error> {
+        if self.cursor.rest().starts_with(b"\xef\xbb\xbf") {
+            self.cursor.at = 3;
+        }
+        while let Some(line) = self.cursor.full_line() {
+            let name = std::str::from_utf8(line).ok();
+            let Some(name) = name.and_then(|line| line.strip_prefix('$')) else {
+                let line = String::from_utf8_lossy(line);
+                return Err(self.cursor.truncated(format!(
+                    "'{}' where a section such as $Nodes is to begin",
+                    clip(&line)
+                )));
+            };
+            self.section(name)?;
+        }
+        Ok(())
     }
-    reader.mesh(&source)
 }
 
 /// Reads a file section by section, and holds what it has read.
 struct Reader<'a> {
+    scope: Scope,
     cursor: Cursor<'a>,
     version: Option<Version>,
     node_tags: Vec<u64>,
@@ -90,6 +130,8 @@ struct Reader<'a> {
     /// The place of each of `views` there, by whether it is of cells.
     names: HashMap<(bool, String, usize), usize>,
     views: Vec<View>,
+    /// The time of each step that a field has.
+    steps: BTreeMap<i64, f64>,
     left_out: Vec<(String, String)>,
 }
 
@@ -117,17 +159,19 @@ struct View {
     association: Association,
     name: String,
     components: usize,
-    /// The time step that is read, and those that are not.
-    step: i64,
-    other_steps: BTreeSet<i64>,
-    /// Where its sections' values begin, and for how many nodes or elements they are.
-    parts: Vec<(usize, u64)>,
+    /// The time step that comes first.
+    first: i64,
+    /// Where the values of each step's sections begin, and for how many nodes or elements.
+    steps: BTreeMap<i64, Vec<(usize, u64)>>,
 }
 
 impl Reader<'_> {
     fn section(&mut self, name: &str) -> Result<(), Error> {
         match name {
             "MeshFormat" => self.format()?,
+            "Nodes" | "Elements" | "Entities" if self.scope == Scope::Steps => {
+                self.find_end(name)?;
+            }
             "NOD" | "NOE" | "PTS" | "ELM" => {
                 return Err(self.cursor.error_with_help(
                     "this is a Gmsh mesh of version 1; 2 and 4.1 are read",
@@ -465,8 +509,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The head of a section of data, up to the values: its name, and its integers.
-    fn data_head(&mut self, what: &str) -> Result<(String, Vec<i64>), Error> {
+    /// The head of a section of data, up to the values: its name, its time and its integers.
+    fn data_head(&mut self, what: &str) -> Result<(String, Option<f64>, Vec<i64>), Error> {
         let cursor = &mut self.cursor;
         let texts: u64 = cursor.number_line("a number of texts")?;
         let mut name = None;
@@ -477,8 +521,10 @@ impl Reader<'_> {
             name.get_or_insert_with(|| text.to_owned());
         }
         let reals: u64 = cursor.number_line("a number of real values")?;
+        let mut time = None;
         for _ in 0..reals {
-            cursor.text_line("a real value")?;
+            let real = cursor.text_line("a real value")?;
+            time.get_or_insert(parse_float(real.trim_ascii()));
         }
         let integers: u64 = cursor.number_line("a number of integers")?;
         let integers = cursor.fits(integers, 2, "integers")?;
@@ -487,7 +533,11 @@ impl Reader<'_> {
             values.push(cursor.number_line("an integer")?);
         }
         let name = name.filter(|name| !name.is_empty());
-        Ok((name.unwrap_or_else(|| what.to_owned()), values))
+        Ok((
+            name.unwrap_or_else(|| what.to_owned()),
+            time.flatten(),
+            values,
+        ))
     }
 
     fn view(&mut self, association: Association) -> Result<(), Error> {
@@ -495,7 +545,7 @@ impl Reader<'_> {
             Association::Point => ("NodeData", "nodes"),
             Association::Cell => ("ElementData", "elements"),
         };
-        let (name, integers) = self.data_head(section)?;
+        let (name, time, integers) = self.data_head(section)?;
         let &[step, components, entries, ..] = &integers[..] else {
             return Err(self.cursor.error(format!(
                 "${section} '{}' has {} integers; it needs a time step, a number of components and a number of {thing}",
@@ -528,8 +578,11 @@ impl Reader<'_> {
         if entries == 0 {
             return Ok(());
         }
+        let time = time.filter(|time| time.is_finite()).unwrap_or(step as f64);
+        self.steps.entry(step).or_insert(time);
         self.add_part(association, name, components, step, part)
     }
+
     fn add_part(
         &mut self,
         association: Association,
@@ -551,26 +604,21 @@ impl Reader<'_> {
                     association,
                     name: key.1.clone(),
                     components,
-                    step,
-                    other_steps: BTreeSet::new(),
-                    parts: Vec::new(),
+                    first: step,
+                    steps: BTreeMap::new(),
                 });
                 self.names.insert(key, self.views.len() - 1);
                 self.views.len() - 1
             }
         };
-        let view = &mut self.views[place];
-        if step == view.step {
-            view.parts.push(part);
-        } else {
-            view.other_steps.insert(step);
-        }
+        let steps = &mut self.views[place].steps;
+        steps.entry(step).or_default().push(part);
         Ok(())
     }
 
     /// Values for each corner of each element, which are passed over.
     fn element_node_data(&mut self) -> Result<(), Error> {
-        let (name, integers) = self.data_head("ElementNodeData")?;
+        let (name, _, integers) = self.data_head("ElementNodeData")?;
         let why = "it has a value for each corner of each element ($ElementNodeData); save it as $NodeData";
         if self.left_out.iter().all(|(other, _)| *other != name)
             && self.left_out.len() < MOST_FIELDS
@@ -593,7 +641,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn mesh(self, source: &Arc<Source>) -> Result<MeshData, Error> {
+    /// The mesh, with the fields of a time step or, without one, of the first of each.
+    fn mesh(self, source: &Arc<Source>, step: Option<i64>) -> Result<MeshData, Error> {
         let Reader {
             cursor,
             node_tags,
@@ -655,7 +704,7 @@ impl Reader<'_> {
                 Association::Point => &node_tags,
                 Association::Cell => &element_tags,
             };
-            arrays.extend(view.array(source, cursor.encoding, tags, &mut data)?);
+            arrays.extend(view.array(source, cursor.encoding, (tags, step), &mut data)?);
         }
         if elements
             .groups
@@ -772,20 +821,34 @@ impl Elements {
 }
 
 impl View {
-    /// The field, if any of the points or cells with `tags` has a value.
+    /// The field at `step`, if any of the points or cells with `tags` has a value. A field of
+    /// one step is that at all times.
     fn array(
         self,
         source: &Arc<Source>,
         encoding: Encoding,
-        tags: &Arc<[u64]>,
+        (tags, step): (&Arc<[u64]>, Option<i64>),
         data: &mut MeshData,
     ) -> Result<Option<Array>, Error> {
-        let View { name, .. } = self;
+        let View {
+            name, mut steps, ..
+        } = self;
+        let number = steps.len();
+        let wanted = match number {
+            1 => self.first,
+            _ => step.unwrap_or(self.first),
+        };
+        let Some(parts) = steps.remove(&wanted) else {
+            let why = format!("it has {number} time steps, and not this one");
+            data.notes.push(format!("field '{name}' left out: {why}"));
+            data.left_out.push((name, why));
+            return Ok(None);
+        };
         let values = Values {
             source: source.clone(),
             encoding,
             components: self.components,
-            parts: self.parts,
+            parts,
             tags: tags.clone(),
         };
         let items = values.entries(&mut |_| {})?;
@@ -798,10 +861,9 @@ impl View {
             data.left_out.push((name, why.into()));
             return Ok(None);
         }
-        if !self.other_steps.is_empty() {
+        if number > 1 && step.is_none() {
             data.notes.push(format!(
-                "field '{name}' has {} time steps: the first is read",
-                self.other_steps.len() + 1
+                "field '{name}' has {number} time steps: the first is read"
             ));
         }
         let mut array = Array::scalar(&name, self.association, tags.len(), Arc::new(values));

@@ -3,7 +3,8 @@
 //!
 //! [`read_file`] finds out the format and returns [`MeshData`], which is points, cells,
 //! every scalar field, and what was noticed on the way, or [`GridData`], which is samples
-//! and where they lie. [`read_collection`] lists the files of a series. [`write_image`] writes a frame with its metadata, [`write_grid`] and
+//! and where they lie. [`read_steps`] lists the time steps of one file, [`read_collection`] the
+//! files of a series. [`write_image`] writes a frame with its metadata, [`write_grid`] and
 //! [`write_vti`] the samples of a grid, [`write_vtu`] a mesh with all its fields, whole or not at all.
 //!
 //! | format | what is read |
@@ -16,8 +17,9 @@
 //! | `.vtm` | VTK XML blocks, nested or not: the meshes among them as one; see [`vtu`] |
 //! | `.vti` | VTK XML images, as `.vtu`; cell data, `Direction`, pieces, hidden points and cells; see [`vtu`] |
 //! | `.vtk` | legacy VTK unstructured, structured and rectilinear grids, structured points; see [`vtk`] |
-//! | `.msh` | Gmsh 2 and 4.1, text and binary, both byte orders; fields at nodes and of elements; see [`gmsh`] |
-//! | `.e`, `.exo`, `.ex2` | Exodus II in netCDF classic files; variables at nodes and of elements; see [`exodus`] |
+//! | `.vtkhdf`, `.hdf` | VTKHDF: unstructured, structured and rectilinear grids, images, and the meshes of collections; time steps; see [`vtkhdf`] |
+//! | `.msh` | Gmsh 2 and 4.1, text and binary, both byte orders; fields at nodes and of elements; time steps; see [`gmsh`] |
+//! | `.e`, `.exo`, `.ex2` | Exodus II in netCDF classic and HDF5 files; variables at nodes and of elements; time steps; see [`exodus`] |
 //! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or in slices; frames; see [`grid`] |
 //! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; `kinds`, `space`; see [`grid`] |
 //! | `.nii`, `.nii.gz`, `.hdr` with `.img` | NIfTI-1 and NIfTI-2 with all of their volumes, complex numbers and colors; Analyze 7.5; see [`grid`] |
@@ -32,7 +34,8 @@
 //! would lose what varies. A sample that is not finite, or is beyond 32-bit floats, or is a
 //! mark of no value, is NaN; notes count them.
 //!
-//! Exodus is read with the feature `exodus`, TIFF with `tiff`; both are on by default.
+//! Exodus is read with the feature `exodus`, VTKHDF with `hdf5`, Exodus in HDF5 with both, and
+//! TIFF with `tiff`; all are on by default.
 //!
 //! # Fields of meshes
 //! They have the file's names, also for components: `Velocity-magnitude`, `stress-XY`; a
@@ -41,7 +44,8 @@
 //! memory of one.
 //!
 //! # Hostile files
-//! Meshes and VTK files are read to memory, samples of other grids a few at a time, and every
+//! Meshes and VTK files are read to memory, HDF5 files and samples of other grids a part at a
+//! time, and every
 //! count in them is checked against the bytes that are there before anything is allocated by
 //! it. What is wrong is an [`Error::Format`](tetrascope_core::Error::Format) of one line that
 //! says what and where.
@@ -52,14 +56,17 @@
 //! |---|---|
 //! | anything, with what [`MeshData`] and [`GridData`] make of it | 200 MB + 60 n, and what is packed |
 //! | points and cells of a packed mesh | 32 MB + 32 n: points that no cell uses are left out beyond that, and cells that are more repeat each other and are refused |
+//! | a variable of Exodus in HDF5, and the cells | as points and cells of a packed mesh |
+//! | chunks of HDF5 that are held while a part is read | 16 MiB, and one chunk: 256 MiB, and 1 GiB + 64 n |
 //! | points and cells of a rectilinear grid, which three axes stand for | 1 GiB + 64 n |
 //! | samples of a packed grid, in the type in which they are stored | 1 GiB + 64 n, and 1032 n: deflate makes no more of a byte (of TIFF the first alone). What is more is refused. Five times that for a moment where samples become floats |
 //! | a scene, a collection or list of files, a header of a grid | 1 MiB, 4 MiB, 1 MiB: what is longer is none |
 //!
 //! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.pvti` and the like, `.vtm`) names each once, and in its own
-//! folder or below: `..` and absolute names are refused. Arrays of a VTK file may not
-//! all lie at one place. Tests and `cargo xtask fuzz` hold the readers to this; of Gmsh,
-//! Exodus, TIFF, NumPy, MRC, `.pvtu`, `.vtm`, `.vts`, `.vtr` and polyhedra it is only argued, from the code.
+//! folder or below: `..` and absolute names are refused. HDF5 files name no others: what is in
+//! other files is refused. Arrays of a VTK file may not all lie at one place. Tests and
+//! `cargo xtask fuzz` hold the readers to this; of Gmsh, Exodus, VTKHDF, TIFF, NumPy, MRC, `.pvtu`,
+//! `.vtm`, `.vts`, `.vtr` and polyhedra it is only argued, from the code.
 //!
 //! # A file in, a file out
 //! ```
@@ -96,14 +103,20 @@ pub mod exodus;
 mod fields;
 pub mod gmsh;
 pub mod grid;
+#[cfg(feature = "hdf5")]
+mod hdf5;
 pub mod image;
 mod mesh_data;
+mod pieces;
 pub mod plot3d;
 mod polyhedra;
 mod read;
 mod source;
+mod steps;
 pub mod vti;
 pub mod vtk;
+#[cfg(feature = "hdf5")]
+pub mod vtkhdf;
 pub mod vtu;
 mod whole_file;
 
@@ -113,6 +126,7 @@ pub use grid::{FieldSamples, GridData, GridField, RawFile};
 pub use image::{encode_exr, encode_npy, encode_png, write_file, write_image};
 pub use mesh_data::{MeshData, MeshField};
 pub use read::{FileData, ReadOptions, read_file, read_mesh};
+pub use steps::{StepChoice, read_steps};
 pub use vti::{COVERAGE, write_grid, write_vti};
 pub(crate) use vtk::parse_float;
 pub use vtu::write_vtu;

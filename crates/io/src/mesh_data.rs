@@ -1,6 +1,6 @@
 //! What a mesh reader returns.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -14,7 +14,7 @@ use crate::fields::{
     Array, Choice, GHOST_LEVELS, Loaded, MOST_COMPONENTS, Part, association_name, choose, is_wide,
 };
 use crate::polyhedra::{Added, Polyhedra};
-use crate::source::{Source, count, reserve, room};
+use crate::source::{count, format_error, reserve, room};
 
 /// An unstructured mesh as a file holds it, with all its fields.
 #[derive(Clone, Debug, Default)]
@@ -398,7 +398,7 @@ impl MeshData {
     /// Leaves out duplicate and hidden cells and those with a hidden point
     /// (vtkDataSetAttributes: DUPLICATECELL 1, HIDDENCELL 32, HIDDENPOINT 2).
     /// Each array of `ghosts` has one value a point or a cell.
-    pub(crate) fn remove_ghosts(&mut self, source: &Source, ghosts: &[Array]) -> Result<(), Error> {
+    pub(crate) fn remove_ghosts(&mut self, path: &Path, ghosts: &[Array]) -> Result<(), Error> {
         let mut keep = vec![true; self.cells.types.len()];
         for ghost in ghosts {
             let mut values = Vec::new();
@@ -423,7 +423,8 @@ impl MeshData {
         }
         self.retain_cells(&keep, "they are ghosts (duplicate or hidden)");
         if self.cells.types.is_empty() {
-            return Err(source.error(
+            return Err(format_error(
+                path,
                 "the ghost array",
                 "every cell is marked as duplicate or hidden",
             ));

@@ -15,7 +15,10 @@ use crate::grid::formats::{GZIP, GridFormat};
 use crate::grid::{GridData, RawLayout, meta_image, nrrd, raw};
 use crate::polyhedra::POLYHEDRON;
 use crate::source::{Source, open_file};
+use crate::steps::{StepChoice, without_steps};
 use crate::{MeshData, gmsh, plot3d, vtk, vtu};
+#[cfg(feature = "hdf5")]
+use crate::{hdf5, vtkhdf};
 
 /// How to read a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +33,9 @@ pub struct ReadOptions {
     pub spacing: Option<DVec3>,
     /// Where the first sample lies, world space, for the same files; at 0 unless given.
     pub origin: Option<DVec3>,
+    /// The time step of a file that holds several; without a choice the first is read, with a
+    /// note. See [`read_steps`](crate::read_steps).
+    pub step: Option<StepChoice>,
     /// Grids with more bytes of samples than this stay in their file, if they stand
     /// there as they are, and are read in parts.
     pub stream_above: u64,
@@ -42,6 +48,7 @@ impl Default for ReadOptions {
             raw: None,
             spacing: None,
             origin: None,
+            step: None,
             stream_above: (1 << 30) - 1,
         }
     }
@@ -57,10 +64,10 @@ pub enum FileData {
 }
 
 /// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .pvts, .vtr, .pvtr), legacy VTK (.vtk), Gmsh (.msh) and Exodus in netCDF (.e .exo .ex2), and grids as .vti, .pvti, .vtk, .mha, .mhd, .nrrd, .nhdr, .nii, .hdr with .img, .npy, .npz, .mrc, .map, .tif, and raw with `dims` and `type`";
+const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .pvts, .vtr, .pvtr), legacy VTK (.vtk), VTKHDF (.vtkhdf .hdf), Gmsh (.msh) and Exodus (.e .exo .ex2), and grids as .vti, .pvti, .vtk, .vtkhdf, .mha, .mhd, .nrrd, .nhdr, .nii, .hdr with .img, .npy, .npz, .mrc, .map, .tif, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
-const NOT_READ: [(&[&str], &str); 9] = [
+const NOT_READ: [(&[&str], &str); 10] = [
     (
         &["pvd", "series"],
         "a list of the files of a series; give one of these files, or draw it as a series",
@@ -79,13 +86,17 @@ const NOT_READ: [(&[&str], &str); 9] = [
         "a format whose files begin with other bytes than this one, or, of .tif, one of the feature `tiff`; save it again",
     ),
     (
-        &["vtkhdf", "hdf", "h5", "xdmf", "xmf"],
-        "an HDF5 file; save it as .vtu",
+        &["vtkhdf", "hdf", "h5", "hdf5"],
+        "not an HDF5 file, as its first bytes are others; copy or write it again",
+    ),
+    (
+        &["xdmf", "xmf"],
+        "a description of data in other files; save it as .vtkhdf or .vtu",
     ),
     (&["case", "encas"], "an EnSight case; save it as .vtu"),
     (
         &["exo", "e", "ex2", "exii", "cgns", "nc"],
-        "a CGNS mesh, or not in netCDF's classic format as an Exodus mesh; save it as .vtu",
+        "a CGNS mesh, or neither netCDF nor HDF5 as an Exodus mesh is; save it as .vtu",
     ),
     (
         &["inp", "med", "foam", "stl", "ply", "obj"],
@@ -118,15 +129,12 @@ pub fn read_mesh(path: &Path, options: &ReadOptions) -> Result<MeshData, Error> 
 ///
 /// # Errors
 /// [`Error::Io`] when a file cannot be read, [`Error::Format`] when it makes no
-/// sense or is of a format that is not read.
+/// sense or is of a format that is not read; [`Error::Invalid`] for a solution where none
+/// belongs, and for a time step that the file does not hold.
 pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> {
-    let name = path
-        .file_name()
-        .map(|n| n.to_string_lossy().to_ascii_lowercase());
-    let name = name.unwrap_or_default();
     let format = match &options.raw {
         Some(layout) => Format::Raw(*layout),
-        None => Format::of(&head(path, 4096)?, &name)?,
+        None => Format::of_file(path)?,
     };
     if let (Some(solution), false) = (&options.solution, matches!(format, Format::Plot3d)) {
         return Err(Error::Invalid {
@@ -145,6 +153,9 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
             help: Some("leave out `spacing` and `origin`".into()),
         });
     }
+    if options.step.is_some() && !format.has_steps() {
+        return Err(without_steps(path));
+    }
     if matches!(format, Format::VtkXml | Format::VtkLegacy)
         && let Some(grid) = vtk_stream(path, &format, options.stream_above)?
     {
@@ -158,14 +169,16 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
         Format::VtkXml => return Ok(with_file(vtu::read(Source::open(path)?)?, path)),
         Format::VtkLegacy => return Ok(with_file(vtk::read(Source::open(path)?)?, path)),
         Format::Gmsh => {
-            let mesh = gmsh::read(Source::open(path)?)?;
+            let mesh = gmsh::read(Source::open(path)?, options.step)?;
             return Ok(with_file(FileData::Mesh(mesh), path));
         }
         #[cfg(feature = "exodus")]
         Format::Exodus => {
-            let mesh = exodus::read(Source::open(path)?)?;
+            let mesh = exodus::read(Source::open(path)?, options.step)?;
             return Ok(with_file(FileData::Mesh(mesh), path));
         }
+        #[cfg(feature = "hdf5")]
+        Format::Hdf5 => return Ok(with_file(read_hdf5(path, options.step)?, path)),
         Format::MetaImage => meta_image::read(path),
         Format::Nrrd => nrrd::read(path),
         Format::Grid(grid) => return grid.read(path, options).map(FileData::Grid),
@@ -174,6 +187,66 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
     description
         .read(path, options.stream_above)
         .map(FileData::Grid)
+}
+
+/// Reads the mesh or image of an HDF5 file.
+#[cfg(feature = "hdf5")]
+fn read_hdf5(path: &Path, step: Option<StepChoice>) -> Result<FileData, Error> {
+    let root = hdf5::open(path)?;
+    if let Some(group) = root.group("VTKHDF")? {
+        return vtkhdf::read(&group, step);
+    }
+    let names = root.members()?;
+    #[cfg(feature = "exodus")]
+    if exodus::is_exodus(&names.1) {
+        return exodus::read_hdf5(&root, step).map(FileData::Mesh);
+    }
+    Err(other_hdf5(&root, names))
+}
+
+/// The times of the steps of an HDF5 file.
+#[cfg(feature = "hdf5")]
+pub(crate) fn hdf5_steps(path: &Path) -> Result<Vec<f64>, Error> {
+    let root = hdf5::open(path)?;
+    if let Some(group) = root.group("VTKHDF")? {
+        return vtkhdf::step_times(&group);
+    }
+    let names = root.members()?;
+    #[cfg(feature = "exodus")]
+    if exodus::is_exodus(&names.1) {
+        return exodus::hdf5_steps(&root);
+    }
+    Err(other_hdf5(&root, names))
+}
+
+/// The error of an HDF5 file of another kind, which holds these groups and datasets.
+#[cfg(feature = "hdf5")]
+fn other_hdf5(root: &hdf5::Group, (groups, datasets): (Vec<String>, Vec<String>)) -> Error {
+    const MOST: usize = 5;
+    let is_cgns = datasets
+        .iter()
+        .chain(&groups)
+        .any(|name| name == "CGNSLibraryVersion");
+    let all = groups.len() + datasets.len();
+    let names = groups.iter().chain(&datasets).take(MOST).map(|name| {
+        let name: String = name.chars().take(40).collect();
+        format!("'{}'", name.replace(char::is_control, " "))
+    });
+    let mut names = names.collect::<Vec<_>>().join(", ");
+    if all > MOST {
+        names += &format!(" and {} more", all - MOST);
+    }
+    let what = match (is_cgns, all) {
+        (true, _) => "this is a CGNS mesh, which is not read".to_owned(),
+        (_, 0) => "the HDF5 file is empty".to_owned(),
+        _ if cfg!(feature = "exodus") => {
+            format!("the HDF5 file is neither VTKHDF nor an Exodus mesh: it holds {names}")
+        }
+        _ => format!(
+            "the HDF5 file is not VTKHDF: it holds {names}; Exodus meshes are read with the feature `exodus`"
+        ),
+    };
+    root.error_with_help(what, "save the mesh or image as .vtkhdf, .vtu or .vti")
 }
 
 /// The grid of a VTK file that stands there as it is, if it takes more than `above` bytes.
@@ -222,13 +295,16 @@ fn with_file(mut data: FileData, path: &Path) -> FileData {
     data
 }
 
-enum Format {
+/// How a file is read.
+pub(crate) enum Format {
     Plot3d,
     VtkXml,
     VtkLegacy,
     Gmsh,
     #[cfg(feature = "exodus")]
     Exodus,
+    #[cfg(feature = "hdf5")]
+    Hdf5,
     MetaImage,
     Nrrd,
     Grid(GridFormat),
@@ -236,6 +312,26 @@ enum Format {
 }
 
 impl Format {
+    /// The format of a file.
+    pub(crate) fn of_file(path: &Path) -> Result<Format, Error> {
+        let name = path
+            .file_name()
+            .map(|n| n.to_string_lossy().to_ascii_lowercase());
+        Format::of(&head(path, 4096)?, &name.unwrap_or_default())
+    }
+
+    /// Whether one of several time steps can be chosen.
+    fn has_steps(&self) -> bool {
+        match self {
+            Format::Gmsh => true,
+            #[cfg(feature = "exodus")]
+            Format::Exodus => true,
+            #[cfg(feature = "hdf5")]
+            Format::Hdf5 => true,
+            _ => false,
+        }
+    }
+
     /// By the first bytes of the file called `name`.
     fn of(source: &Source, name: &str) -> Result<Format, Error> {
         let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
@@ -264,9 +360,17 @@ impl Format {
                 refuse("this is not a VTK XML file: there is no <VTKFile> element")
             };
         }
-        if head.starts_with(b"\x89HDF") {
+        // An HDF5 file may begin behind a block of something else.
+        let is_hdf5 = |at: usize| {
+            head.get(at..)
+                .is_some_and(|h| h.starts_with(b"\x89HDF\r\n"))
+        };
+        if [0, 512, 1024, 2048].into_iter().any(is_hdf5) {
+            #[cfg(feature = "hdf5")]
+            return Ok(Format::Hdf5);
+            #[cfg(not(feature = "hdf5"))]
             return refuse(
-                "this is an HDF5 file; save it as .vtu, or, if it is Exodus, convert it: nccopy -k 64-bit-offset old.e new.e",
+                "this is an HDF5 file; VTKHDF and Exodus meshes in HDF5 are read with the feature `hdf5`",
             );
         }
         if gmsh::is_gmsh(head) {
@@ -344,7 +448,7 @@ pub(crate) fn check(path: &Path, data: &MeshData, arrays: &[Array]) -> Result<()
             path: path.to_owned(),
             at: "the cells".into(),
             what: format!(
-                "the mesh has {polyhedra} polyhedra (VTK type 42), which are read from .vtu files alone"
+                "the mesh has {polyhedra} polyhedra (VTK type 42), which are read from .vtu and VTKHDF files alone"
             ),
             help: Some("save the mesh as .vtu".into()),
         });

@@ -34,12 +34,7 @@ impl Source {
 
     /// An error at a place in this file.
     pub(crate) fn error(&self, at: impl Into<String>, what: impl Into<String>) -> Error {
-        Error::Format {
-            path: self.path.clone(),
-            at: at.into(),
-            what: what.into(),
-            help: None,
-        }
+        format_error(&self.path, at, what)
     }
 
     /// The same with something to try.
@@ -49,12 +44,32 @@ impl Source {
         what: impl Into<String>,
         help: impl Into<String>,
     ) -> Error {
-        Error::Format {
-            path: self.path.clone(),
-            at: at.into(),
-            what: what.into(),
-            help: Some(help.into()),
-        }
+        format_error_with_help(&self.path, at, what, help)
+    }
+}
+
+/// An error at a place in the file at `path`.
+pub(crate) fn format_error(path: &Path, at: impl Into<String>, what: impl Into<String>) -> Error {
+    Error::Format {
+        path: path.to_owned(),
+        at: at.into(),
+        what: what.into(),
+        help: None,
+    }
+}
+
+/// The same with something to try.
+pub(crate) fn format_error_with_help(
+    path: &Path,
+    at: impl Into<String>,
+    what: impl Into<String>,
+    help: impl Into<String>,
+) -> Error {
+    Error::Format {
+        path: path.to_owned(),
+        at: at.into(),
+        what: what.into(),
+        help: Some(help.into()),
     }
 }
 

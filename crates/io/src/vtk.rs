@@ -26,9 +26,9 @@ use crate::grid::ghosts::Ghosts;
 use crate::grid::number::{self, Number};
 use crate::grid::{Entries, GridData, RawFile, split};
 use crate::mesh_data::add_hexahedra;
+use crate::pieces::most_implied;
 use crate::read::{FileData, check};
 use crate::source::{Endian, Source, count, read_at, room};
-use crate::vtu::most_implied;
 use crate::vtu::structured::{MOST_POINTS, even_steps, note_of_steps};
 
 /// Reads a file from its beginning to its end, and holds what it has read.
@@ -165,7 +165,7 @@ fn mesh(source: &Arc<Source>, mut reader: Reader) -> Result<MeshData, Error> {
     };
     check(&source.path, &data, &arrays)?;
     let ghosts = take_ghosts(&mut arrays);
-    data.remove_ghosts(source, &ghosts)?;
+    data.remove_ghosts(&source.path, &ghosts)?;
     data.add_fields(arrays)?;
     Ok(data)
 }

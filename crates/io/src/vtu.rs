@@ -48,29 +48,27 @@ mod stored;
 pub(crate) mod structured;
 mod write;
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::DVec3;
 use tetrascope_core::Error;
-use tetrascope_core::glam;
-use tetrascope_core::mesh::{Association, volume_corners};
+use tetrascope_core::mesh::Association;
 
 pub use self::write::{check_path, write_vtu};
 
-pub(crate) use self::document::{attributes, line};
+pub(crate) use self::document::{Image, attributes, line};
 pub(crate) use self::encoding::to_utf8;
+pub(crate) use self::image::{Box3, ImageArray, ImageFields};
 
 use self::decode::Decoder;
 use self::document::{ArrayElement, Document, Piece};
 use self::stored::{File, Stored};
 use crate::MeshData;
-use crate::fields::{Array, GHOSTS, Numbers, take_ghosts};
+use crate::fields::Numbers;
 use crate::grid::GridData;
 use crate::grid::number::Number;
-use crate::polyhedra::POLYHEDRON;
-use crate::read::{FileData, check};
-use crate::source::{Source, count, reserve, room};
+use crate::pieces::{self, Budget, EachIndices, Faces, Fields, PieceArray};
+use crate::read::FileData;
+use crate::source::Source;
 
 /// Reads a `.vtu`, `.vts`, `.vtr` or `.vti` file, or the files that a `.pvtu`, `.pvts`, `.pvtr`,
 /// `.pvti` or `.vtm` file names.
@@ -133,16 +131,6 @@ struct Part<'a> {
     piece: &'a Piece<'a>,
 }
 
-/// Which arrays of several pieces become fields.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Fields {
-    /// Those that all pieces have: they are parts of one mesh.
-    Common,
-    /// All, NaN where a piece has none: the pieces are meshes of their own. Those without
-    /// volume are left out.
-    All,
-}
-
 /// Joins the pieces of `files` to a mesh. `source` is the file that was asked for.
 fn read_mesh(source: &Source, files: &[Opened], fields: Fields) -> Result<MeshData, Error> {
     let mut data = MeshData::default();
@@ -157,515 +145,126 @@ fn read_mesh(source: &Source, files: &[Opened], fields: Fields) -> Result<MeshDa
             "the file holds {steps} time steps: the first is read"
         ));
     }
-    // Pieces without cells add nothing, and their arrays are often absent.
-    let pieces = |file| pieces(file).filter(|part| part.piece.cells > 0);
-    let mut parts: Vec<Part> = files.iter().flat_map(pieces).collect();
-    let budget = Budget::of(source, files);
-    let points = read_cells(&budget, &mut parts, fields, &mut data)?;
-    let joined = data.notes.len();
-    let kept = keep_points(&budget, points, &mut data)?;
-    read_points(&parts, kept.as_deref(), &mut data)?;
-    let mut arrays = find_arrays(&parts, fields, &mut data);
-    if let Some(kept) = kept {
-        for array in &mut arrays {
-            if array.association == Association::Point {
-                array.tuples = kept.len();
-                array.numbers = kept_numbers(array.numbers.clone(), array.components, &kept);
-            }
-        }
-    }
-    check(&source.path, &data, &arrays)?;
-    let ghosts = take_ghosts(&mut arrays);
-    data.remove_ghosts(source, &ghosts)?;
-    if let Some(polyhedra) = data.polyhedra.take() {
-        polyhedra.split(&source.path, &mut data, budget.bytes())?;
-    }
-    if parts.len() > 1 {
-        let pieces = count(parts.len() as u64, "piece");
-        let note = match data.coincident_points() {
-            0 => format!("{pieces} joined"),
-            points => format!(
-                "{pieces} joined: {} where others are, and neighbors share faces there",
-                match points {
-                    1 => "1 point lies exactly".into(),
-                    _ => format!("{points} points lie exactly"),
-                }
-            ),
-        };
-        data.notes.insert(joined, note);
-    }
-    data.add_fields(arrays)?;
-    Ok(data)
+    let bytes = files.iter().map(|file| file.source.bytes.len() as u64);
+    let is_rectilinear = files.iter().any(Opened::is_rectilinear);
+    let budget = Budget::new(source.path.clone(), bytes.sum(), is_rectilinear);
+    let parts = files.iter().flat_map(Opened::parts);
+    pieces::join(&budget, parts.collect(), fields, data)
 }
 
-fn pieces<'a>(file: &'a Opened<'a>) -> impl Iterator<Item = Part<'a>> {
-    let pieces = file.document.pieces.iter();
-    pieces.map(move |piece| Part { file, piece })
-}
-
-/// The most bytes that points and cells of rectilinear grids may take, which files only imply:
-/// as many as samples of packed grids.
-pub(crate) fn most_implied(file_bytes: u64) -> u64 {
-    (1 << 30) + 64 * file_bytes
-}
-
-/// The most bytes that points and cells may take in memory.
-///
-/// Cells that differ do not compress well: an index that changes takes a byte and more of
-/// a compressed file, so that a cell of 41 bytes in memory takes 2.6 or more in the file.
-/// Thirty-two times the files thus refuses only cells that repeat each other thousands of
-/// times, in a file that is damaged or made to take all memory.
-struct Budget<'a> {
-    /// What errors are about.
-    source: &'a Source,
-    /// Of all files.
-    file_bytes: u64,
-    /// Whether some points and cells are only implied.
-    implied: bool,
-}
-
-impl<'a> Budget<'a> {
-    fn of(source: &'a Source, files: &[Opened]) -> Budget<'a> {
-        let bytes = files.iter().map(|file| file.source.bytes.len() as u64);
-        let is_rectilinear = |file: &Opened| {
-            let structure = file.document.structure;
-            structure.is_some_and(|structure| structure.rectilinear)
-        };
-        Budget {
-            source,
-            file_bytes: bytes.sum(),
-            implied: files.iter().any(is_rectilinear),
-        }
+impl Opened<'_> {
+    fn parts(&self) -> impl Iterator<Item = Part<'_>> {
+        let pieces = self.document.pieces.iter();
+        pieces.map(|piece| Part { file: self, piece })
     }
 
-    fn bytes(&self) -> u64 {
-        match self.implied {
-            true => most_implied(self.file_bytes),
-            false => (32 << 20) + 32 * self.file_bytes,
-        }
-    }
-
-    /// Whether so many cells with so many indices are within it.
-    fn check(&self, cells: u64, indices: u64) -> Result<(), Error> {
-        let bytes = cells
-            .saturating_mul(9)
-            .saturating_add(indices.saturating_mul(8));
-        if bytes <= self.bytes() {
-            return Ok(());
-        }
-        let cells = count(cells, "cell");
-        Err(self.error("<Cells>", &format!("{cells} with {indices} points")))
-    }
-
-    /// There are more of something than there can be.
-    fn error(&self, at: &str, many: &str) -> Error {
-        self.source.error_with_help(
-            at,
-            format!(
-                "{many}: so many different ones cannot be in {} bytes",
-                self.file_bytes
-            ),
-            "the file is damaged; write it again",
-        )
+    fn is_rectilinear(&self) -> bool {
+        let structure = self.document.structure;
+        structure.is_some_and(|structure| structure.rectilinear)
     }
 }
 
-/// Reads the cells of all parts; returns how many points these have. Where all fields are
-/// read, parts without volume are left out.
-fn read_cells(
-    budget: &Budget,
-    parts: &mut Vec<Part>,
-    fields: Fields,
-    data: &mut MeshData,
-) -> Result<u64, Error> {
-    let mut points = 0_u64;
-    data.cells.offsets.push(0);
-    let mut flat = Vec::new();
-    for (i, part) in parts.iter().enumerate() {
-        let cells = data.cells.types.len();
-        append_cells(budget, part, points, data)?;
-        let is_flat = data.cells.types[cells..]
-            .iter()
-            .all(|kind| volume_corners(*kind).is_none() && *kind != POLYHEDRON);
-        // Polyhedra are volumes, so that none is counted here.
-        if fields == Fields::All && is_flat {
-            data.cells.types.truncate(cells);
-            data.cells.offsets.truncate(cells + 1);
-            let end = *data.cells.offsets.last().expect("it begins with 0");
-            data.cells.connectivity.truncate(end as usize);
-            let name = part.file.name.unwrap_or_default();
-            let note = format!("'{name}' left out: it has no cells with a volume");
-            data.notes.push(note);
-            flat.push(i);
-            continue;
-        }
-        points = points
-            .checked_add(part.piece.points)
-            .filter(|&all| i64::try_from(all).is_ok())
-            .ok_or_else(|| {
-                let source = part.file.source;
-                source.error("<Piece>", format!("{} points cannot be", part.piece.points))
-            })?;
+impl<'a> Part<'a> {
+    /// An array of the cells.
+    fn topology(&self, name: &str) -> Result<&'a ArrayElement<'a>, Error> {
+        let is_it = |array: &&ArrayElement| array.name.eq_ignore_ascii_case(name);
+        let found = self.piece.topology.iter().find(is_it);
+        found.ok_or_else(|| self.error("<Cells>", format!("there is no array '{name}'")))
     }
-    let mut number = 0..;
-    parts.retain(|_| {
-        number
-            .next()
-            .is_some_and(|i| flat.binary_search(&i).is_err())
-    });
-    Ok(points)
-}
 
-/// Reads the cells of a part whose points begin at number `first`.
-fn append_cells(
-    budget: &Budget,
-    &Part { file, piece }: &Part,
-    first: u64,
-    data: &mut MeshData,
-) -> Result<(), Error> {
-    let cells = &mut data.cells;
-    let Opened {
-        source, decoder, ..
-    } = file;
-    let check_budget = |cells, indices| budget.check(cells, indices);
-    if file.document.structure.is_some() {
-        let indices = piece.cells.saturating_mul(8);
-        check_budget(
-            (cells.types.len() as u64).saturating_add(piece.cells),
-            (cells.connectivity.len() as u64).saturating_add(indices),
-        )?;
-        return structured::append_cells(piece, first, cells);
+    fn elements(&self, association: Association) -> &'a [ArrayElement<'a>] {
+        match association {
+            Association::Point => &self.piece.point_data,
+            Association::Cell => &self.piece.cell_data,
+        }
     }
-    let named = |name: &str| -> Result<&ArrayElement, Error> {
-        piece
-            .topology
-            .iter()
-            .find(|array| array.name.eq_ignore_ascii_case(name))
-            .ok_or_else(|| source.error("<Cells>", format!("there is no array '{name}'")))
-    };
-    // Text takes a digit and a blank for each number, so that it needs no such bound.
-    let (all_cells, all_indices) = (
-        (cells.types.len() as u64).saturating_add(piece.cells),
-        cells.connectivity.len() as u64,
-    );
-    check_budget(all_cells, all_indices)?;
-    let first_cell = cells.types.len();
-    decoder.each_indices(named("types")?, piece.cells, &mut |kinds| {
-        for &kind in kinds {
-            let cell = cells.types.len() - first_cell;
-            let kind = u8::try_from(kind).map_err(|_| {
-                source.error(
-                    "array 'types'",
-                    format!("cell {cell} is of type {kind}, and VTK has none above 255"),
-                )
-            })?;
-            cells.types.push(kind);
-        }
-        Ok(())
-    })?;
-    // VTK writes where each cell ends; the last end is the length of the connectivity.
-    let ends = decoder.indices(named("offsets")?, piece.cells)?;
-    let length = ends.last().copied().unwrap_or(0);
-    check_budget(all_cells, all_indices.saturating_add(length))?;
-    let start = cells.connectivity.len() as u64;
-    reserve(&mut cells.offsets, ends.len())?;
-    for (cell, end) in ends.into_iter().enumerate() {
-        if end > length {
-            return Err(source.error(
-                "array 'offsets'",
-                format!("cell {cell} ends at {end}, after the last of {length} points of cells"),
-            ));
-        }
-        cells.offsets.push(start + end);
-    }
-    decoder.each_indices(named("connectivity")?, length, &mut |indices| {
-        let done = cells.connectivity.len() as u64 - start;
-        if done == 0 {
-            reserve(&mut cells.connectivity, length as usize)?;
-        }
-        if indices.iter().any(|&point| point >= piece.points) {
-            let (i, point) = (done..)
-                .zip(indices)
-                .find(|(_, point)| **point >= piece.points)
-                .expect("found above");
-            return Err(source.error(
-                "array 'connectivity'",
-                format!(
-                    "value {i} is point {point}, but the piece has {}",
-                    count(piece.points, "point")
-                ),
-            ));
-        }
-        let joined = indices.iter().map(|point| first + point);
-        cells.connectivity.extend(joined);
-        Ok(())
-    })?;
-    match cells.types[first_cell..].contains(&POLYHEDRON) {
-        true => faces::read(budget, file, piece, (first, first_cell), data),
-        false => Ok(()),
+
+    fn error(&self, at: &str, what: impl Into<String>) -> Error {
+        self.file.source.error(at, what)
     }
 }
 
-/// If all points would take more memory than there is reason for, those that cells use, in
-/// ascending order; cells then count only them.
-fn keep_points(
-    budget: &Budget,
-    points: u64,
-    data: &mut MeshData,
-) -> Result<Option<Arc<[u64]>>, Error> {
-    const POINT: u64 = size_of::<DVec3>() as u64;
-    let indices = &mut data.cells.connectivity;
-    let cells = 9 * data.cells.types.len() as u64 + 8 * indices.len() as u64;
-    let for_points = budget.bytes().saturating_sub(cells);
-    if points.saturating_mul(POINT) <= for_points {
-        return Ok(None);
+impl pieces::Piece for Part<'_> {
+    fn name(&self) -> Option<&str> {
+        self.file.name
     }
-    let mut used: Vec<u64> = room(indices.len())?;
-    used.extend_from_slice(indices);
-    used.sort_unstable();
-    used.dedup();
-    if used.len() as u64 * POINT > for_points {
-        return Err(budget.error("<Points>", &format!("{} points", used.len())));
-    }
-    for index in indices {
-        *index = used.partition_point(|&point| point < *index) as u64;
-    }
-    data.notes.push(format!(
-        "{} left out: no cell uses them",
-        count(points - used.len() as u64, "point")
-    ));
-    Ok(Some(used.into()))
-}
 
-/// Reads the points of all parts, or those of them whose numbers are in `kept`.
-fn read_points(parts: &[Part], kept: Option<&[u64]>, data: &mut MeshData) -> Result<(), Error> {
-    let all = parts.iter().map(|part| part.piece.points).sum::<u64>();
-    // Either is within the budget.
-    data.points = room(kept.map_or(all as usize, <[u64]>::len))?;
-    let mut kept = kept.map(|kept| kept.iter().copied().peekable());
-    let (mut point, mut filled, mut number) = ([0.0; 3], 0, 0);
-    for &Part { file, piece } in parts {
+    fn points(&self) -> u64 {
+        self.piece.points
+    }
+
+    fn cells(&self) -> u64 {
+        self.piece.cells
+    }
+
+    fn dimensions(&self) -> Option<[u64; 3]> {
+        let structure = self.file.document.structure.as_ref();
+        structure.map(|_| structured::dimensions(&self.piece.extent).unwrap_or_default())
+    }
+
+    fn types(&self, each: EachIndices) -> Result<(), Error> {
+        let types = self.topology("types")?;
+        self.file
+            .decoder
+            .each_indices(types, self.piece.cells, each)
+    }
+
+    fn ends(&self) -> Result<Vec<u64>, Error> {
+        let ends = self.topology("offsets")?;
+        self.file.decoder.indices(ends, self.piece.cells)
+    }
+
+    fn connectivity(&self, length: u64, each: EachIndices) -> Result<(), Error> {
+        let connectivity = self.topology("connectivity")?;
+        self.file.decoder.each_indices(connectivity, length, each)
+    }
+
+    fn faces(&self, budget: &Budget, kinds: &[u8]) -> Result<Faces, Error> {
+        faces::read(budget, self.file, self.piece, kinds)
+    }
+
+    fn each_coordinate(&self, each: &mut dyn FnMut(f64)) -> Result<(), Error> {
         let Opened {
             source, decoder, ..
-        } = file;
-        let points = &mut data.points;
-        let mut add = |value| {
-            point[filled] = value;
-            filled += 1;
-            if filled < 3 {
-                return;
-            }
-            filled = 0;
-            let is_kept = kept
-                .as_mut()
-                .is_none_or(|kept| kept.next_if_eq(&number).is_some());
-            if is_kept {
-                points.push(DVec3::from_array(point));
-            }
-            number += 1;
-        };
-        let structure = file.document.structure;
-        if structure.is_some_and(|structure| structure.rectilinear) {
-            structured::each_coordinate(source, decoder, piece, &mut add)?;
-            continue;
+        } = self.file;
+        if self.file.is_rectilinear() {
+            return structured::each_coordinate(source, decoder, self.piece, each);
         }
-        let coordinates = piece
-            .coordinates
-            .first()
-            .ok_or_else(|| source.error("<Points>", "the piece has no points"))?;
+        let coordinates = self.piece.coordinates.first();
+        let coordinates =
+            coordinates.ok_or_else(|| self.error("<Points>", "the piece has no points"))?;
         if coordinates.components != 3 {
-            return Err(source.error(
-                "<Points>",
-                format!("points have {} components, not 3", coordinates.components),
-            ));
+            let components = coordinates.components;
+            let what = format!("points have {components} components, not 3");
+            return Err(self.error("<Points>", what));
         }
-        decoder.each_float(coordinates, piece.points, &mut add)?;
+        decoder.each_float(coordinates, self.piece.points, each)
     }
-    Ok(())
-}
 
-/// The most arrays that are filled up where a piece has none.
-const MOST_FILLED: usize = 1000;
+    fn arrays(&self, association: Association) -> Vec<PieceArray<'_>> {
+        let active = self.piece.active(association);
+        let elements = self.elements(association).iter();
+        let arrays = elements.map(|element| PieceArray {
+            name: &element.name,
+            components: element.components,
+            component_names: &element.component_names,
+            active: active == Some(element.name.as_str()),
+            // Bytes, three or four at a time, are colors nearly always.
+            colors: element.kind == Number::U8 && matches!(element.components, 3 | 4),
+        });
+        arrays.collect()
+    }
 
-/// The point and cell data of the parts.
-fn find_arrays(parts: &[Part], fields: Fields, data: &mut MeshData) -> Vec<Array> {
-    let mut arrays = Vec::new();
-    let mut filled = 0;
-    for association in [Association::Point, Association::Cell] {
-        let tuples = |part: &Part| match association {
-            Association::Point => part.piece.points,
-            Association::Cell => part.piece.cells,
+    fn numbers(&self, association: Association, array: usize) -> Arc<dyn Numbers> {
+        let tuples = match association {
+            Association::Point => self.piece.points,
+            Association::Cell => self.piece.cells,
         };
-        for twins in twins(parts, association) {
-            let (first, element) = twins[0];
-            let name = match element.name.as_str() {
-                "" => {
-                    let mut among = elements(parts[first].piece, association).iter();
-                    let number = among.position(|other| std::ptr::eq(other, element));
-                    format!("unnamed-{}", number.unwrap_or_default())
-                }
-                name => name.to_owned(),
-            };
-            let is_ghost = GHOSTS.contains(&element.name.as_str());
-            if twins.len() < parts.len() && !is_ghost {
-                // The first part without it is where the numbers of those with it part from
-                // the natural ones.
-                let mut numbers = twins.iter().zip(0..);
-                let lacking = numbers.find(|((part, _), number)| part != number);
-                let lacking = lacking.map_or(twins.len(), |(_, number)| number);
-                let why = match parts[lacking].file.name {
-                    Some(file) => format!("'{file}' has no such array"),
-                    None => format!("piece {} of {} has no such array", lacking + 1, parts.len()),
-                };
-                let components = count(element.components, "component");
-                filled += 1;
-                if fields == Fields::Common || filled > MOST_FILLED {
-                    let why = format!("{why} of {components}");
-                    data.notes
-                        .push(format!("array '{}' left out: {why}", element.name));
-                    data.left_out.push((element.name.clone(), why));
-                    continue;
-                }
-                let lack = parts.len() - twins.len();
-                data.notes.push(format!(
-                    "'{name}' is NaN in {lack} of {} pieces, which have no such array",
-                    parts.len()
-                ));
-            }
-            let active = parts[first].piece.active(association);
-            arrays.push(Array {
-                name,
-                association,
-                components: element.components as usize,
-                component_names: element.component_names.clone(),
-                tuples: parts.iter().map(tuples).sum::<u64>() as usize, // counted
-                numbers: Arc::new(Chain::new(parts, &twins, tuples, is_ghost)),
-                active: active == Some(element.name.as_str()),
-                // Bytes, three or four at a time, are colors nearly always.
-                colors: element.kind == Number::U8 && matches!(element.components, 3 | 4),
-            });
-        }
+        let element = &self.elements(association)[array];
+        Arc::new(Stored::new(&self.file.arrays, (element, tuples)))
     }
-    arrays
-}
 
-/// Arrays of one name and number of components: the number of a part, and its array.
-type Twins<'a> = Vec<(usize, &'a ArrayElement<'a>)>;
-
-/// The arrays of all parts, those with one name together, in the order in which they come.
-fn twins<'a>(parts: &[Part<'a>], association: Association) -> Vec<Twins<'a>> {
-    let mut known: HashMap<(&str, u64, usize), usize> = HashMap::new();
-    let mut all: Vec<Twins> = Vec::new();
-    for (number, part) in parts.iter().enumerate() {
-        // Arrays without a name are told apart by their order.
-        let mut unnamed = 0;
-        for element in elements(part.piece, association) {
-            let name = element.name.as_str();
-            unnamed += usize::from(name.is_empty());
-            let order = if name.is_empty() { unnamed } else { 0 };
-            let at = *known
-                .entry((name, element.components, order))
-                .or_insert(all.len());
-            match all.get_mut(at) {
-                None => all.push(vec![(number, element)]),
-                Some(twins) => twins.push((number, element)),
-            }
-        }
-    }
-    all
-}
-
-/// The numbers of the same array of several parts, one after the other.
-#[derive(Debug)]
-struct Chain(Vec<Link>);
-
-#[derive(Debug)]
-enum Link {
-    Stored(Stored),
-    /// So many times the same, where parts have no such array.
-    Same(u64, f64),
-}
-
-impl Chain {
-    /// `tuples` counts those of a part. Without ghosts, all are one's own: 0.
-    fn new(parts: &[Part], twins: &Twins, tuples: impl Fn(&Part) -> u64, is_ghost: bool) -> Chain {
-        let filler = if is_ghost { 0.0 } else { f64::NAN };
-        let components = twins[0].1.components;
-        let mut links = Vec::new();
-        let fill = |links: &mut Vec<Link>, parts: &[Part]| {
-            let missing = parts.iter().map(&tuples).sum::<u64>();
-            if missing > 0 {
-                links.push(Link::Same(missing * components, filler));
-            }
-        };
-        let mut done = 0;
-        for &(part, element) in twins {
-            fill(&mut links, &parts[done..part]);
-            let here = (element, tuples(&parts[part]));
-            let stored = Stored::new(&parts[part].file.arrays, std::iter::once(here));
-            links.push(Link::Stored(stored));
-            done = part + 1;
-        }
-        fill(&mut links, &parts[done..]);
-        Chain(links)
-    }
-}
-
-impl Numbers for Chain {
-    fn each(&self, each: &mut dyn FnMut(f64)) -> Result<(), Error> {
-        for link in &self.0 {
-            match link {
-                Link::Stored(stored) => stored.each(each)?,
-                Link::Same(count, value) => (0..*count).for_each(|_| each(*value)),
-            }
-        }
-        Ok(())
-    }
-}
-
-fn elements<'p>(piece: &'p Piece, association: Association) -> &'p [ArrayElement<'p>] {
-    match association {
-        Association::Point => &piece.point_data,
-        Association::Cell => &piece.cell_data,
-    }
-}
-
-/// The numbers of those tuples of an array whose numbers are in `tuples`, ascending.
-pub(crate) fn kept_numbers(
-    numbers: Arc<dyn Numbers>,
-    components: usize,
-    tuples: &Arc<[u64]>,
-) -> Arc<dyn Numbers> {
-    Arc::new(Kept {
-        numbers,
-        components,
-        tuples: tuples.clone(),
-    })
-}
-
-/// See [`kept_numbers`].
-#[derive(Debug)]
-struct Kept {
-    numbers: Arc<dyn Numbers>,
-    components: usize,
-    /// Which tuples, in ascending order.
-    tuples: Arc<[u64]>,
-}
-
-impl Numbers for Kept {
-    fn each(&self, each: &mut dyn FnMut(f64)) -> Result<(), Error> {
-        let mut kept = self.tuples.iter().peekable();
-        let (mut tuple, mut component) = (0, 0);
-        self.numbers.each(&mut |value| {
-            if kept.peek() == Some(&&tuple) {
-                each(value);
-            }
-            component += 1;
-            if component == self.components {
-                kept.next_if_eq(&&tuple);
-                component = 0;
-                tuple += 1;
-            }
-        })
+    fn error(&self, at: &str, what: String) -> Error {
+        Part::error(self, at, what)
     }
 }

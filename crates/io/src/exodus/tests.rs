@@ -3,16 +3,20 @@ use std::path::Path;
 
 use super::*;
 
+#[cfg(feature = "hdf5")]
+mod hdf5;
+
 fn fixture(name: &str) -> Vec<u8> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures");
     fs::read(folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 fn read_bytes(bytes: &[u8]) -> Result<MeshData, Error> {
-    read(Source {
+    let source = Source {
         path: "a.e".into(),
         bytes: bytes.into(),
-    })
+    };
+    read(source, None)
 }
 
 fn values(data: &MeshData, name: &str) -> Vec<f64> {
@@ -254,4 +258,25 @@ fn damaged_files_do_not_panic() {
             }
         }
     }
+}
+
+#[test]
+fn a_time_step_is_read_where_it_is_chosen() {
+    let source = || Source {
+        path: "a.e".into(),
+        bytes: fixture("shapes.e"),
+    };
+    assert_eq!(steps(source()).expect("times"), [0.0, 0.5]);
+    for choice in [StepChoice::Number(1), StepChoice::Time(0.5)] {
+        let data = read(source(), Some(choice)).expect("a mesh");
+        let note = "the file holds 2 time steps: number 1, at 0.5, is read";
+        assert!(data.notes.iter().any(|n| n == note), "{:?}", data.notes);
+        let stress = values(&data, "stress");
+        assert_eq!((stress[2], stress[4]), (6.0, 10.0));
+        let x = values(&data, "x");
+        let twice = x.iter().zip(&data.points).all(|(x, p)| *x == 2.0 * p.x);
+        assert!(twice, "{x:?}");
+    }
+    let error = read(source(), Some(StepChoice::Time(0.25))).expect_err("between");
+    assert!(error.to_string().contains("number 1 at 0.5"), "{error}");
 }

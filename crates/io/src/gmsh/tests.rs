@@ -9,10 +9,11 @@ fn fixture(name: &str) -> Vec<u8> {
 }
 
 fn read_bytes(bytes: impl Into<Vec<u8>>) -> Result<MeshData, Error> {
-    read(Source {
+    let source = Source {
         path: "a.msh".into(),
         bytes: bytes.into(),
-    })
+    };
+    read(source, None)
 }
 
 fn read_fixture(name: &str) -> MeshData {
@@ -400,5 +401,33 @@ fn binary_values_that_lack_one_byte_are_refused() {
         bytes.extend(vec![1; values]);
         let error = read_bytes(bytes).expect_err("cut").to_string();
         assert!(error.contains(words), "{values}: {error}");
+    }
+}
+
+#[test]
+fn a_time_step_is_read_where_it_is_chosen() {
+    for name in LATTICES {
+        let source = || Source {
+            path: "a.msh".into(),
+            bytes: fixture(name),
+        };
+        assert_eq!(steps(source()).expect("times"), [0.0, 0.5], "{name}");
+        let first = read_fixture(name);
+        for choice in [StepChoice::Number(1), StepChoice::Time(0.5)] {
+            let data = read(source(), Some(choice)).expect("a mesh");
+            let [one, two] = [&first, &data].map(|data| {
+                let field = data.field(Some("v-0"));
+                field.unwrap_or_else(|e| panic!("{e}")).values
+            });
+            let twice: Vec<f64> = one.iter().map(|x| 2.0 * x).collect();
+            assert_eq!(two, twice, "{name}");
+            // It has one step, and no other that would be its own.
+            let field = data.field(Some("f"));
+            assert!(field.is_ok(), "{name}");
+            let note = "the file holds 2 time steps: number 1, at 0.5, is read";
+            assert!(data.notes.iter().any(|n| n == note), "{:?}", data.notes);
+        }
+        let error = read(source(), Some(StepChoice::Number(2))).expect_err("not there");
+        assert!(error.to_string().contains("time step 2"), "{name}: {error}");
     }
 }

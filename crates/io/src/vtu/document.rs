@@ -115,14 +115,14 @@ pub(super) struct Appended<'a> {
 
 /// An `ImageData` element.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Image {
+pub(crate) struct Image {
     /// The first and last sample along each axis.
-    pub(super) extent: [i64; 6],
+    pub(crate) extent: [i64; 6],
     /// Where sample (0, 0, 0) lies, whether it is in the extent or not.
-    pub(super) origin: DVec3,
-    pub(super) spacing: DVec3,
+    pub(crate) origin: DVec3,
+    pub(crate) spacing: DVec3,
     /// The axes' directions, one a column.
-    pub(super) direction: DMat3,
+    pub(crate) direction: DMat3,
 }
 
 /// A `.vtu`, `.vts`, `.vtr` or `.vti` file.

@@ -7,100 +7,29 @@
 
 use tetrascope_core::Error;
 
+use super::Opened;
 use super::document::{ArrayElement, Piece};
-use super::{Budget, Opened};
-use crate::MeshData;
+use crate::pieces::{Budget, Faces, check_ends};
 use crate::polyhedra::POLYHEDRON;
-use crate::source::{Source, count};
 
-/// The faces of the polyhedra of a piece, of which one may belong to two cells.
-struct Faces {
-    /// The numbers of the faces of one cell after the other.
-    of_cells: Vec<u64>,
-    /// Where those of each cell end.
-    cell_ends: Vec<u64>,
-    points: Vec<u64>,
-    /// Where each face ends among the points.
-    face_ends: Vec<u64>,
-}
-
-/// Reads the faces of the polyhedra of a piece, whose first point and cell are given by their
-/// numbers in the mesh, and puts their points in the place of the cells' own.
+/// Reads the faces of the polyhedra of a piece, whose cells have the types `kinds`.
 pub(super) fn read(
     budget: &Budget,
     file: &Opened,
     piece: &Piece,
-    (first_point, first_cell): (u64, usize),
-    data: &mut MeshData,
-) -> Result<(), Error> {
-    let source = file.source;
+    kinds: &[u8],
+) -> Result<Faces, Error> {
     let named = |name: &str| {
         let is_it = |array: &&ArrayElement| array.name.eq_ignore_ascii_case(name);
         piece.topology.iter().find(is_it)
     };
-    let kinds = &data.cells.types[first_cell..];
-    let faces = match (named("face_connectivity"), named("faces")) {
-        (Some(points), _) => by_number(budget, file, piece, points, &named)?,
-        (None, Some(stream)) => by_cell(budget, file, piece, stream, &named, kinds)?,
+    match (named("face_connectivity"), named("faces")) {
+        (Some(points), _) => by_number(budget, file, piece, points, &named),
+        (None, Some(stream)) => by_cell(budget, file, piece, stream, &named, kinds),
         (None, None) => {
             let what = "there are polyhedra, but no array 'faces' or 'face_connectivity'";
-            return Err(source.error("<Cells>", what));
+            Err(file.source.error("<Cells>", what))
         }
-    };
-    if let Some(i) = faces.points.iter().position(|&point| point >= piece.points) {
-        let what = format!(
-            "value {i} is point {}, but the piece has {}",
-            faces.points[i],
-            count(piece.points, "point")
-        );
-        return Err(source.error("the faces of polyhedra", what));
-    }
-    let start = data.cells.offsets[first_cell];
-    let old = data.cells.connectivity.split_off(start as usize);
-    let mut old_start = start;
-    let connectivity = &mut data.cells.connectivity;
-    for cell in first_cell..data.cells.types.len() {
-        let old_end = data.cells.offsets[cell + 1];
-        let old_cell = old.get((old_start - start) as usize..(old_end - start) as usize);
-        old_start = old_end;
-        if data.cells.types[cell] == POLYHEDRON {
-            let mut sizes = Vec::new();
-            for &face in faces.of_cell(cell - first_cell) {
-                let points = faces.points_of(face);
-                let indices = (connectivity.len() + points.len()) as u64;
-                // A face may be listed again and again.
-                budget.check(data.cells.types.len() as u64, indices)?;
-                connectivity.extend(points.iter().map(|point| first_point + point));
-                sizes.push(points.len() as u32); // the file holds them
-            }
-            let polyhedra = data.polyhedra.get_or_insert_default();
-            polyhedra.push(cell, sizes.into_iter());
-        } else {
-            let old_cell = old_cell.ok_or_else(|| {
-                let what = format!("cell {} ends before it begins", cell - first_cell);
-                source.error("array 'offsets'", what)
-            })?;
-            connectivity.extend_from_slice(old_cell);
-        }
-        data.cells.offsets[cell + 1] = connectivity.len() as u64;
-    }
-    Ok(())
-}
-
-impl Faces {
-    fn of_cell(&self, cell: usize) -> &[u64] {
-        let start = cell
-            .checked_sub(1)
-            .map_or(0, |before| self.cell_ends[before]);
-        &self.of_cells[start as usize..self.cell_ends[cell] as usize]
-    }
-
-    fn points_of(&self, face: u64) -> &[u64] {
-        let face = face as usize;
-        let start = face
-            .checked_sub(1)
-            .map_or(0, |before| self.face_ends[before]);
-        &self.points[start as usize..self.face_ends[face] as usize]
     }
 }
 
@@ -118,7 +47,7 @@ fn by_number<'a>(
     };
     let ends = |name: &str, values: u64| {
         let ends = file.decoder.indices(needed(name)?, values)?;
-        check_ends(source, name, &ends)?;
+        check_ends(&ends, |what| source.error(format!("array '{name}'"), what))?;
         Ok::<_, Error>(ends)
     };
     let last = |ends: &[u64]| ends.last().copied().unwrap_or(0);
@@ -139,18 +68,6 @@ fn by_number<'a>(
         cell_ends,
         face_ends,
     })
-}
-
-fn check_ends(source: &Source, name: &str, ends: &[u64]) -> Result<(), Error> {
-    let Some(i) = ends.array_windows().position(|[a, b]| a > b) else {
-        return Ok(());
-    };
-    let what = format!(
-        "value {} is {}, less than the one before",
-        i + 1,
-        ends[i + 1]
-    );
-    Err(source.error(format!("array '{name}'"), what))
 }
 
 /// Reads the layout until VTK 9.3.
@@ -178,12 +95,7 @@ fn by_cell<'a>(
     // The list, and at most as many points, faces and ends of faces.
     budget.check(0, 4_u64.saturating_mul(length as u64))?;
     let values = decoder.indices(stream, length as u64)?;
-    let mut faces = Faces {
-        of_cells: Vec::new(),
-        cell_ends: Vec::new(),
-        points: Vec::new(),
-        face_ends: Vec::new(),
-    };
+    let mut faces = Faces::default();
     let mut rest = values.as_slice();
     let take = |rest: &mut &[u64]| {
         let (&first, others) = rest.split_first()?;

@@ -6,24 +6,19 @@ use tetrascope_core::grid::{Interpolation, Lattice};
 use tetrascope_core::mesh::Association;
 
 use super::document::{ArrayElement, Compressor, Data, Document, Image, Piece};
-use super::{Opened, Part, pieces};
+use super::{Opened, Part};
 use crate::grid::ghosts::Ghosts;
-use crate::grid::number::Numbers;
+use crate::grid::number::{Number, Numbers};
 use crate::grid::{self, Entries, GridData, GridField, RawFile, split};
 use crate::source::{Source, count, read_at};
 
 /// Reads all fields of the pieces of `files`, which make `image`; `source` is the file that was
 /// asked for. Cell data become samples at the cells' centers that fill their cells.
 pub(super) fn read(source: &Source, files: &[Opened], image: &Image) -> Result<GridData, Error> {
-    let mut data = GridData {
-        fields: Vec::new(),
-        space: None,
-        notes: Vec::new(),
-        files: Vec::new(),
-    };
+    let mut notes: Vec<String> = Vec::new();
     for note in files.iter().flat_map(|file| &file.document.notes) {
-        if !data.notes.contains(note) {
-            data.notes.push(note.clone());
+        if !notes.contains(note) {
+            notes.push(note.clone());
         }
     }
     // Programs write empty pieces, too.
@@ -31,11 +26,15 @@ pub(super) fn read(source: &Source, files: &[Opened], image: &Image) -> Result<G
         let points = Box3::of(&part.piece.extent, Association::Point);
         points.and_then(|points| points.count()) != Some(0)
     };
-    let parts: Vec<Part> = files.iter().flat_map(pieces).filter(has_points).collect();
-    let mut ghosts = Ghosts::default();
+    let parts: Vec<Part> = files
+        .iter()
+        .flat_map(Opened::parts)
+        .filter(has_points)
+        .collect();
+    let mut fields = ImageFields::new(notes);
     if parts.len() > 1 {
         let pieces = count(parts.len() as u64, "piece");
-        data.notes.push(format!("{pieces} joined"));
+        fields.notes().push(format!("{pieces} joined"));
     }
     for association in [Association::Point, Association::Cell] {
         let whole = Box3::of(&image.extent, association);
@@ -45,18 +44,105 @@ pub(super) fn read(source: &Source, files: &[Opened], image: &Image) -> Result<G
                 format!("the extent {:?} is empty", image.extent),
             )
         })?;
-        read_fields(
-            source,
-            &parts,
-            (image, &whole, association),
-            (&mut data, &mut ghosts),
-        )?;
+        let whole = (image, &whole, association);
+        read_fields(source, &parts, whole, &mut fields)?;
     }
-    ghosts.hide(&mut data);
-    if data.fields.is_empty() {
-        return Err(source.error("<ImageData>", "the image has no field of numbers"));
+    let data = fields.finish();
+    data.ok_or_else(|| source.error("<ImageData>", "the image has no field of numbers"))
+}
+
+/// The fields of an image, as they are read.
+pub(crate) struct ImageFields {
+    data: GridData,
+    /// Whether each field comes later than others of its association.
+    later: Vec<bool>,
+    ghosts: Ghosts,
+}
+
+/// An array of an image.
+pub(crate) struct ImageArray {
+    pub(crate) name: String,
+    pub(crate) components: usize,
+    /// The file marks it as the one to draw.
+    pub(crate) active: bool,
+    pub(crate) kind: Number,
+    pub(crate) numbers: Numbers,
+}
+
+impl ImageFields {
+    pub(crate) fn new(notes: Vec<String>) -> ImageFields {
+        ImageFields {
+            data: GridData {
+                fields: Vec::new(),
+                space: None,
+                notes,
+                files: Vec::new(),
+            },
+            later: Vec::new(),
+            ghosts: Ghosts::default(),
+        }
     }
-    Ok(data)
+
+    pub(crate) fn notes(&mut self) -> &mut Vec<String> {
+        &mut self.data.notes
+    }
+
+    /// Where the samples of an image lie, which is in `whole`; `None`, with a note, for those of
+    /// cells that have no lattice.
+    pub(crate) fn lattice(
+        &mut self,
+        image: &Image,
+        whole: &Box3,
+        association: Association,
+    ) -> Result<Option<Lattice>, Error> {
+        match lattice(image, whole, association, &mut self.data.notes) {
+            Ok(lattice) => Ok(Some(lattice)),
+            Err(error) if association == Association::Cell => {
+                let note = format!("cell data left out: {error}");
+                self.data.notes.push(note);
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Adds the fields that an array becomes.
+    pub(crate) fn add(&mut self, array: ImageArray, lattice: Lattice, association: Association) {
+        let ImageArray {
+            name,
+            components,
+            active,
+            kind,
+            numbers,
+        } = array;
+        if name == "vtkGhostType" && components == 1 {
+            match association {
+                Association::Point => self.ghosts.points = Some(numbers),
+                Association::Cell => self.ghosts.cells = Some(numbers),
+            }
+            return;
+        }
+        let entries = Entries::of_bytes(kind, components);
+        for field in split(&name, numbers, components, entries, &mut self.data.notes) {
+            self.data.fields.push(field.on(lattice, association));
+            self.later.push(!active);
+        }
+    }
+
+    /// The grid, without what is hidden; `None` if it has no field.
+    pub(crate) fn finish(self) -> Option<GridData> {
+        let ImageFields {
+            mut data,
+            later,
+            ghosts,
+        } = self;
+        let mut fields: Vec<_> = data.fields.into_iter().zip(later).collect();
+        let is_cell = |field: &GridField| field.association == Association::Cell;
+        fields.sort_by_key(|(field, later)| (is_cell(field), *later)); // stable
+        data.fields = fields.into_iter().map(|(field, _)| field).collect();
+        ghosts.hide(&mut data);
+        (!data.fields.is_empty()).then_some(data)
+    }
 }
 
 /// See [`super::stream`].
@@ -120,14 +206,14 @@ pub(super) fn stream(
 
 /// A box of points or cells.
 #[derive(Clone, Copy, PartialEq, Eq)]
-struct Box3 {
+pub(crate) struct Box3 {
     low: [i64; 3],
-    size: [usize; 3],
+    pub(crate) size: [usize; 3],
 }
 
 impl Box3 {
     /// `None` if it is empty or has more than can be counted.
-    fn of(extent: &[i64; 6], association: Association) -> Option<Box3> {
+    pub(crate) fn of(extent: &[i64; 6], association: Association) -> Option<Box3> {
         let more = match association {
             Association::Point => 1,
             Association::Cell => 0,
@@ -142,7 +228,7 @@ impl Box3 {
         found.count().map(|_| found)
     }
 
-    fn count(&self) -> Option<usize> {
+    pub(crate) fn count(&self) -> Option<usize> {
         let count = self.size.iter().try_fold(1usize, |n, s| n.checked_mul(*s));
         count.filter(|n| n.checked_mul(8).is_some())
     }
@@ -172,7 +258,7 @@ fn read_fields(
     source: &Source,
     parts: &[Part],
     (image, whole, association): (&Image, &Box3, Association),
-    (data, ghosts): (&mut GridData, &mut Ghosts),
+    fields: &mut ImageFields,
 ) -> Result<(), Error> {
     let Some(first) = parts.first().map(|part| part.piece) else {
         return Err(source.error("<ImageData>", "the image has no <Piece>"));
@@ -180,38 +266,25 @@ fn read_fields(
     if arrays(first, association).is_empty() {
         return Ok(());
     }
-    let lattice = match lattice(image, whole, association, &mut data.notes) {
-        Ok(lattice) => lattice,
-        Err(error) if association == Association::Cell => {
-            data.notes.push(format!("cell data left out: {error}"));
-            return Ok(());
-        }
-        Err(error) => return Err(source.error("<ImageData>", error.to_string())),
+    let lattice = fields.lattice(image, whole, association);
+    let lattice = lattice.map_err(|error| source.error("<ImageData>", error.to_string()))?;
+    let Some(lattice) = lattice else {
+        return Ok(());
     };
-    let mut fields: Vec<(bool, GridField)> = Vec::new();
     for (i, element) in arrays(first, association).iter().enumerate() {
         let name = match element.name.as_str() {
             "" => format!("unnamed-{i}"),
             name => name.to_owned(),
         };
-        let numbers = join(parts, (whole, association), i)?;
-        if name == "vtkGhostType" && element.components == 1 {
-            match association {
-                Association::Point => ghosts.points = Some(numbers),
-                Association::Cell => ghosts.cells = Some(numbers),
-            }
-            continue;
-        }
-        let active = first.active(association) == Some(element.name.as_str());
-        let components = element.components as usize;
-        let entries = Entries::of_bytes(element.kind, components);
-        for field in split(&name, numbers, components, entries, &mut data.notes) {
-            fields.push((!active, field.on(lattice, association)));
-        }
+        let array = ImageArray {
+            numbers: join(parts, (whole, association), i)?,
+            components: element.components as usize,
+            active: first.active(association) == Some(element.name.as_str()),
+            kind: element.kind,
+            name,
+        };
+        fields.add(array, lattice, association);
     }
-    fields.sort_by_key(|(later, _)| *later); // stable
-    data.fields
-        .extend(fields.into_iter().map(|(_, field)| field));
     Ok(())
 }
 

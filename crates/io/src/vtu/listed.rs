@@ -15,8 +15,9 @@ use tetrascope_core::Error;
 
 use super::document::{self, Document, Image};
 use super::structured::{self, Structure};
-use super::{Fields, Opened, attributes, image, line, read_mesh, to_utf8};
+use super::{Opened, attributes, image, line, read_mesh, to_utf8};
 use crate::collection::MAX_COLLECTION_BYTES;
+use crate::pieces::Fields;
 use crate::read::FileData;
 use crate::source::{KEEP_TOGETHER, Source, beside, count, read_at};
 

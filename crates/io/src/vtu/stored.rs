@@ -59,21 +59,16 @@ impl File {
     }
 }
 
-/// The array of one piece after the other.
+/// The array of a piece.
 pub(super) struct Stored {
     file: Arc<File>,
-    parts: Vec<Part>,
-    /// Whether it was read before, so that its bytes are counted.
-    is_counted: AtomicBool,
-}
-
-/// The array of one piece.
-struct Part {
     name: String,
     kind: Number,
     components: u64,
     tuples: u64,
     place: Place,
+    /// Whether it was read before, so that its bytes are counted.
+    is_counted: AtomicBool,
 }
 
 enum Place {
@@ -90,26 +85,19 @@ enum Text {
 }
 
 impl Stored {
-    /// `parts` are the array of each piece, and how many tuples it has.
-    pub(super) fn new<'a>(
-        file: &Arc<File>,
-        parts: impl Iterator<Item = (&'a ArrayElement<'a>, u64)>,
-    ) -> Stored {
-        let place_of = |data: &Data| match data {
-            Data::Ascii(text) => Place::Ascii(file.text(text)),
-            Data::Inline(text) => Place::Inline(file.text(text)),
-            Data::Appended(offset) => Place::Appended(*offset),
-        };
-        let part = |(element, tuples): (&ArrayElement, u64)| Part {
+    /// An array of a file, and how many tuples it has.
+    pub(super) fn new(file: &Arc<File>, (element, tuples): (&ArrayElement, u64)) -> Stored {
+        Stored {
+            file: file.clone(),
             name: element.name.clone(),
             kind: element.kind,
             components: element.components,
             tuples,
-            place: place_of(&element.data),
-        };
-        Stored {
-            file: file.clone(),
-            parts: parts.map(part).collect(),
+            place: match &element.data {
+                Data::Ascii(text) => Place::Ascii(file.text(text)),
+                Data::Inline(text) => Place::Inline(file.text(text)),
+                Data::Appended(offset) => Place::Appended(*offset),
+            },
             is_counted: AtomicBool::new(false),
         }
     }
@@ -138,8 +126,7 @@ impl File {
 
 impl fmt::Debug for Stored {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        let names = self.parts.iter().map(|part| &part.name);
-        formatter.debug_list().entries(names).finish()
+        formatter.write_str(&self.name)
     }
 }
 
@@ -151,20 +138,17 @@ impl Numbers for Stored {
             true => Arc::default(),
         };
         let decoder = Decoder::counting(&self.file.source, &document, consumed);
-        for part in &self.parts {
-            let element = ArrayElement {
-                name: part.name.clone(),
-                kind: part.kind,
-                components: part.components,
-                component_names: Vec::new(),
-                data: match &part.place {
-                    Place::Ascii(text) => Data::Ascii(self.file.words(text)),
-                    Place::Inline(text) => Data::Inline(self.file.words(text)),
-                    Place::Appended(offset) => Data::Appended(*offset),
-                },
-            };
-            decoder.each_float(&element, part.tuples, each)?;
-        }
-        Ok(())
+        let element = ArrayElement {
+            name: self.name.clone(),
+            kind: self.kind,
+            components: self.components,
+            component_names: Vec::new(),
+            data: match &self.place {
+                Place::Ascii(text) => Data::Ascii(self.file.words(text)),
+                Place::Inline(text) => Data::Inline(self.file.words(text)),
+                Place::Appended(offset) => Data::Appended(*offset),
+            },
+        };
+        decoder.each_float(&element, self.tuples, each)
     }
 }

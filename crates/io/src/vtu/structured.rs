@@ -5,13 +5,13 @@
 //! grid.
 
 use glam::{DMat3, DVec3};
-use tetrascope_core::{Cells, Error, glam};
+use tetrascope_core::{Error, glam};
 
 use super::decode::Decoder;
 use super::document::{Document, Image, Piece};
-use super::{Fields, Opened, Part, image, pieces, read_mesh};
+use super::{Opened, Part, image, read_mesh};
 use crate::grid::number::Number;
-use crate::mesh_data::add_hexahedra;
+use crate::pieces::Fields;
 use crate::read::FileData;
 use crate::source::Source;
 
@@ -117,12 +117,6 @@ pub(super) fn read(
     read_mesh(source, files, Fields::Common).map(FileData::Mesh)
 }
 
-/// Appends the hexahedra of a piece whose points begin at number `first`.
-pub(super) fn append_cells(piece: &Piece, first: u64, cells: &mut Cells) -> Result<(), Error> {
-    let dimensions = dimensions(&piece.extent).unwrap_or_default();
-    add_hexahedra(cells, dimensions, first)
-}
-
 /// Calls `each` with the coordinates x, y and z of all points of a piece of a rectilinear grid.
 pub(super) fn each_coordinate(
     source: &Source,
@@ -131,15 +125,19 @@ pub(super) fn each_coordinate(
     each: &mut dyn FnMut(f64),
 ) -> Result<(), Error> {
     let axis = |axis| coordinates(source, decoder, piece, axis);
-    let (xs, ys, zs) = (axis(0)?, axis(1)?, axis(2)?);
-    for &z in &zs {
-        for &y in &ys {
-            for &x in &xs {
+    each_point(&[axis(0)?, axis(1)?, axis(2)?], each);
+    Ok(())
+}
+
+/// Calls `each` with x, y and z of all points of a rectilinear grid with these axes.
+pub(crate) fn each_point([xs, ys, zs]: &[Vec<f64>; 3], each: &mut dyn FnMut(f64)) {
+    for &z in zs {
+        for &y in ys {
+            for &x in xs {
                 [x, y, z].into_iter().for_each(&mut *each);
             }
         }
     }
-    Ok(())
 }
 
 /// The most points along an axis of a rectilinear grid.
@@ -175,7 +173,7 @@ fn coordinates(
 /// coordinates are evenly spaced.
 fn regular(files: &[Opened], structure: &Structure) -> Result<Option<(Image, String)>, Error> {
     let has_cells = |part: &Part| part.piece.cells > 0;
-    let mut parts: Vec<Part> = files.iter().flat_map(pieces).filter(has_cells).collect();
+    let mut parts: Vec<Part> = files.iter().flat_map(Opened::parts).filter(has_cells).collect();
     let (mut origin, mut spacing, mut worst) = ([0.0; 3], [0.0; 3], 0.0_f64);
     for axis in 0..3 {
         let low = structure.extent[2 * axis];

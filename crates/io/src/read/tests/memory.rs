@@ -3,6 +3,7 @@
 use std::io::Write as _;
 
 use super::*;
+use crate::pieces;
 
 /// The bytes of a compressed array in one block.
 fn zlib(values: &[u8]) -> Vec<u8> {
@@ -80,11 +81,11 @@ fn the_kept_points_have_their_own_values() {
         .expect("it is a mesh");
     assert_eq!(data.points.len(), 6);
     assert_eq!(values(&data, "scalar"), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
-    let kept = vtu::kept_numbers(data.arrays[0].numbers.clone(), 1, &[1, 2, 4].into());
+    let kept = pieces::kept_numbers(data.arrays[0].numbers.clone(), 1, &[1, 2, 4].into());
     let mut numbers = Vec::new();
     kept.each(&mut |v| numbers.push(v)).expect("in memory");
     assert_eq!(numbers, [1.0, 2.0, 4.0]);
-    let pairs = vtu::kept_numbers(data.arrays[0].numbers.clone(), 2, &[0, 2].into());
+    let pairs = pieces::kept_numbers(data.arrays[0].numbers.clone(), 2, &[0, 2].into());
     let mut numbers = Vec::new();
     pairs.each(&mut |v| numbers.push(v)).expect("in memory");
     assert_eq!(numbers, [0.0, 1.0, 4.0, 5.0]);

@@ -267,9 +267,9 @@ fn fields_of_many_blocks_are_filled_to_a_bound() {
     }
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let data = read_text(&folder, "x.vtm", &vtm(&names)).expect("a mesh");
-    assert_eq!(data.fields.len(), 1 + super::super::MOST_FILLED);
+    assert_eq!(data.fields.len(), 1 + crate::pieces::MOST_FILLED);
     let left_out = data.notes.iter().filter(|note| note.contains("left out"));
-    assert_eq!(left_out.count(), 40 * 40 - super::super::MOST_FILLED);
+    assert_eq!(left_out.count(), 40 * 40 - crate::pieces::MOST_FILLED);
 }
 
 #[test]
