@@ -23,6 +23,9 @@ pub struct Step {
     pub file: PathBuf,
     /// When it is, in the collection's own unit; `None` where that is not said.
     pub time: Option<f64>,
+    /// Its number in the file, from 0, where the file itself holds several steps
+    /// ([`read_steps`](crate::read_steps)); `None` for one that a collection lists.
+    pub number: Option<usize>,
 }
 
 /// The most bytes of a collection: some fifty thousand steps.
@@ -154,6 +157,7 @@ fn steps(path: &Path, entries: Vec<Entry>) -> Result<Vec<Step>, Error> {
         Some(file) => Ok(Step {
             file,
             time: entry.time,
+            number: None,
         }),
         None => Err(refuse(
             &entry.at,

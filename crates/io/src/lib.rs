@@ -7,6 +7,8 @@
 //! files of a series. [`write_image`] writes a frame with its metadata, [`write_grid`] and
 //! [`write_vti`] the samples of a grid, [`write_vtu`] a mesh with all its fields, whole or not at all.
 //!
+//! [`FORMATS`] lists these for programs.
+//!
 //! | format | what is read |
 //! |---|---|
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
@@ -101,6 +103,7 @@ pub mod collection;
 #[cfg(feature = "exodus")]
 pub mod exodus;
 mod fields;
+mod formats;
 pub mod gmsh;
 pub mod grid;
 #[cfg(feature = "hdf5")]
@@ -122,6 +125,7 @@ mod whole_file;
 
 pub use appended::Compression;
 pub use collection::{Step, is_collection, read_collection};
+pub use formats::{FORMATS, FileFormat, Holds};
 pub use grid::{FieldSamples, GridData, GridField, RawFile};
 pub use image::{encode_exr, encode_npy, encode_png, write_file, write_image};
 pub use mesh_data::{MeshData, MeshField};

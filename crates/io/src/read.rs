@@ -11,6 +11,7 @@ use tetrascope_core::mesh::Association;
 #[cfg(feature = "exodus")]
 use crate::exodus;
 use crate::fields::Array;
+use crate::formats::in_words;
 use crate::grid::formats::{GZIP, GridFormat};
 use crate::grid::{GridData, RawLayout, meta_image, nrrd, raw};
 use crate::polyhedra::POLYHEDRON;
@@ -62,9 +63,6 @@ pub enum FileData {
     /// A regular grid.
     Grid(GridData),
 }
-
-/// What is read, for messages.
-const FORMATS: &str = "Tetrascope reads meshes as Plot3D (.bin .xyz .x .g .grd .p3d with .q), VTK XML (.vtu, .pvtu, .vtm, .vts, .pvts, .vtr, .pvtr), legacy VTK (.vtk), VTKHDF (.vtkhdf .hdf), Gmsh (.msh) and Exodus (.e .exo .ex2), and grids as .vti, .pvti, .vtk, .vtkhdf, .mha, .mhd, .nrrd, .nhdr, .nii, .hdr with .img, .npy, .npz, .mrc, .map, .tif, and raw with `dims` and `type`";
 
 /// Formats that people have and that are not read, by extension.
 const NOT_READ: [(&[&str], &str); 10] = [
@@ -340,7 +338,7 @@ impl Format {
             .strip_prefix(b"\xef\xbb\xbf")
             .unwrap_or(&source.bytes);
         let head = bytes;
-        let refuse = |what: &str| Err(source.error_with_help("byte 0", what, FORMATS));
+        let refuse = |what: &str| Err(source.error_with_help("byte 0", what, in_words()));
         if head.starts_with(b"# vtk DataFile") {
             return Ok(Format::VtkLegacy);
         }

@@ -41,12 +41,18 @@ pub struct VolumeSource {
     /// one name apart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field: Option<String>,
+    /// The time step of a file that holds several, by its number from 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<usize>,
+    /// The same, by its time in the file's own unit, in place of `step`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
     /// The scalar between a grid's samples; linear for samples at points, nearest for those
     /// of cells unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interpolation: Option<Interpolation>,
     /// Samples along each axis of a raw file, x fastest. The keys below are for raw
-    /// files too.
+    /// files too; `spacing` and `origin` also for others that do not say them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dims: Option<[usize; 3]>,
     /// The type of a raw file's numbers.
@@ -78,11 +84,11 @@ impl VolumeSource {
     /// The layout of a raw file, if the source has one.
     ///
     /// # Errors
-    /// Some of the keys without `dims` and `type`, and a lattice that holds no volume.
+    /// `offset` or `byte_order` without `dims` and `type`, one of these alone, and a lattice that holds no volume.
     pub fn raw_layout(&self) -> Result<Option<RawLayout>, Error> {
         let (dims, number) = match (self.dims, self.number) {
             (Some(dims), Some(number)) => (dims, number),
-            (None, None) if !self.has_raw_keys() => return Ok(None),
+            (None, None) if self.offset.is_none() && self.byte_order.is_none() => return Ok(None),
             _ => {
                 return Err(Error::Invalid {
                     what: "a raw file needs its dims and the type of its numbers".into(),
@@ -106,7 +112,7 @@ impl VolumeSource {
         }))
     }
 
-    /// Whether any key is given that only raw files have.
+    /// Whether any key is given that says what is in a raw file, or where its samples lie.
     pub fn has_raw_keys(&self) -> bool {
         self.dims.is_some()
             || self.number.is_some()
@@ -135,7 +141,9 @@ mod tests {
         assert_eq!(found.number, RawNumber::U16);
         assert_eq!((found.offset, found.byte_order), (0, ByteOrder::Little));
         assert!(layout("dims = [2, 3, 4]").is_err());
-        assert!(layout("spacing = [1.0, 1.0, 2.0]").is_err());
+        assert!(layout("byte_order = \"big\"").is_err());
+        // For files of arrays, which the reader looks at.
+        assert_eq!(layout("spacing = [1.0, 1.0, 2.0]").expect("none"), None);
         assert!(layout("dims = [2, 3, 1]\ntype = \"u8\"").is_err());
         assert!(layout("dims = [2, 3, 2]\ntype = \"u8\"\nspacing = [0.0, 1.0, 1.0]").is_err());
     }

@@ -8,7 +8,7 @@ use tetrascope_core::mesh::{Association, type_name, volume_corners};
 use tetrascope_core::{Bounds, Error, Scalars, TetMesh, Volume, number};
 use tetrascope_datasets::{Dataset, Options};
 use tetrascope_io::{
-    FieldSamples, FileData, GridData, GridField, MeshData, ReadOptions, read_file,
+    FieldSamples, FileData, GridData, GridField, MeshData, ReadOptions, StepChoice, read_file,
 };
 use tetrascope_scene::{AppearanceSpec, CameraSpec, SceneFile, VolumeSource};
 
@@ -244,6 +244,14 @@ pub fn check(source: &VolumeSource) -> Result<(), Error> {
             "`solution` is for Plot3D files, and the volume is a data set".into(),
             "leave it out",
         ),
+        (_, Some(_)) if source.step.is_some() || source.time.is_some() => wrong(
+            "`step` and `time` are for files with time steps, and the volume is a data set".into(),
+            "leave them out",
+        ),
+        (Some(_), None) if source.step.is_some() && source.time.is_some() => wrong(
+            "`step` and `time` choose a time step each".into(),
+            "leave one of them out",
+        ),
         (None, Some(_)) if source.has_raw_keys() => wrong(
             "`dims`, `type` and what goes with them are for raw files, and the volume is a data set"
                 .into(),
@@ -286,9 +294,16 @@ fn open(source: &VolumeSource) -> Result<Opened<'_>, Error> {
         (None, Some(name)) => return open_dataset(name, source),
         (None, None) => return Err(Error::invalid("a volume that `check` refuses")),
     };
+    let raw = source.raw_layout()?;
+    // A raw layout has these already.
+    let is_raw = raw.is_some();
+    let number = source.step.map(StepChoice::Number);
     let options = ReadOptions {
         solution: source.solution.clone(),
-        raw: source.raw_layout()?,
+        raw,
+        spacing: source.spacing.filter(|_| !is_raw),
+        origin: source.origin.filter(|_| !is_raw),
+        step: number.or(source.time.map(StepChoice::Time)),
         ..ReadOptions::default()
     };
     match read_file(path, &options)? {

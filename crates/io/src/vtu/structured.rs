@@ -173,7 +173,11 @@ fn coordinates(
 /// coordinates are evenly spaced.
 fn regular(files: &[Opened], structure: &Structure) -> Result<Option<(Image, String)>, Error> {
     let has_cells = |part: &Part| part.piece.cells > 0;
-    let mut parts: Vec<Part> = files.iter().flat_map(Opened::parts).filter(has_cells).collect();
+    let mut parts: Vec<Part> = files
+        .iter()
+        .flat_map(Opened::parts)
+        .filter(has_cells)
+        .collect();
     let (mut origin, mut spacing, mut worst) = ([0.0; 3], [0.0; 3], 0.0_f64);
     for axis in 0..3 {
         let low = structure.extent[2 * axis];

@@ -41,6 +41,30 @@ fn data_sets_and_color_maps_are_listed() {
     );
 }
 
+#[test]
+fn file_formats_are_listed_with_what_can_be_done() {
+    let folder = Folder::new();
+    insta::assert_snapshot!("formats", folder.run("formats").succeeded().stdout);
+    let list = folder.run("formats --json").succeeded().json();
+    let list = list.as_array().expect("a list");
+    let of = |extension: &str| {
+        let has = |format: &&serde_json::Value| {
+            let extensions = format["extensions"].as_array().expect("a list");
+            extensions.iter().any(|e| e == extension)
+        };
+        list.iter()
+            .find(has)
+            .unwrap_or_else(|| panic!("{extension}"))
+    };
+    assert_eq!(of("vtu")["written"], true);
+    assert_eq!(of("msh")["time_steps"], true);
+    assert_eq!(of("nrrd")["streamed"], true);
+    // What a file is refused with lists them, too.
+    folder.write("a.xyzzy", "?");
+    let run = folder.run("info a.xyzzy");
+    assert!(run.stderr.contains(".mha .mhd"), "{}", run.stderr);
+}
+
 // Which adapters there are is not ours to say; that none is an error is.
 #[test]
 fn adapters_are_a_list_or_code_4() {

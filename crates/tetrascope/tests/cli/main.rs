@@ -13,6 +13,7 @@ mod program;
 #[cfg(feature = "resample")]
 mod resampling;
 mod series;
+mod steps;
 mod texts;
 mod usage;
 mod voxels;

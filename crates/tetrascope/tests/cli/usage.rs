@@ -76,7 +76,7 @@ fn wrong_usage_has_its_own_code() {
 }
 
 /// Options with a value, each with values that are wrong.
-const WRONG_VALUES: [(&str, &[&str]); 24] = [
+const WRONG_VALUES: [(&str, &[&str]); 26] = [
     ("--error", &["0", "-1e-3", "nan", "small"]),
     ("--budget", &["16", "0ms", "-1s", "soon"]),
     ("--memory", &["2", "0GB", "-1MB", "much"]),
@@ -138,6 +138,8 @@ const WRONG_VALUES: [(&str, &[&str]); 24] = [
     ("--type", &["u9"]),
     ("--byte-order", &["middle"]),
     ("--interpolation", &["cubic", ""]),
+    ("--step", &["-1", "x", "0", "18446744073709551616"]),
+    ("--time", &["nan", "inf", "x", "0"]),
 ];
 /// What goes with `--dims` and `--type` alone.
 const WRONG_RAW_VALUES: [(&str, &[&str]); 3] = [

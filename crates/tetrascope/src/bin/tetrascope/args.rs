@@ -104,6 +104,8 @@ pub(crate) enum Command {
     Machine(MachineArgs),
     /// List the algorithms, each with its paper and its settings
     Algorithms,
+    /// List the file formats: what is read and written, time steps, limits
+    Formats,
     /// List the graphics adapters
     Adapters,
     /// List the data sets that need no file
@@ -387,6 +389,12 @@ pub(crate) struct VolumeArgs {
     /// The field to draw, as `info` lists it, or cell:NAME, point:NAME [default: the first that varies]
     #[arg(short, long, value_name = "NAME")]
     pub(crate) field: Option<String>,
+    /// The time step of a file that holds several, by its number from 0 [default: the first]
+    #[arg(long, value_name = "N", conflicts_with = "time")]
+    pub(crate) step: Option<usize>,
+    /// The time step at this time, in the file's own unit
+    #[arg(long, value_name = "TIME", value_parser = finite, allow_hyphen_values = true)]
+    pub(crate) time: Option<f64>,
     /// The scalar between a grid's samples [default: linear; nearest for cell data]
     #[arg(long, value_name = "HOW", value_parser = interpolations())]
     pub(crate) interpolation: Option<Interpolation>,
@@ -402,10 +410,10 @@ pub(crate) struct VolumeArgs {
     /// The type of a raw file's numbers
     #[arg(long = "type", value_name = "TYPE", value_parser = raw_numbers(), help_heading = RAW)]
     pub(crate) number: Option<RawNumber>,
-    /// The distance of samples along each axis, world units [default: 1,1,1]
+    /// The distance of samples along each axis, also in .npy, .npz and .tif, world units [default: 1,1,1]
     #[arg(long, value_name = "X,Y,Z", value_parser = spacing, allow_hyphen_values = true, help_heading = RAW)]
     pub(crate) spacing: Option<DVec3>,
-    /// Where the first sample lies, world space [default: 0,0,0]
+    /// Where the first sample lies, also in .npy, .npz and .tif, world space [default: 0,0,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, help_heading = RAW)]
     pub(crate) origin: Option<DVec3>,
     /// Bytes before the first number [default: 0]

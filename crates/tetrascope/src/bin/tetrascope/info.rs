@@ -3,10 +3,12 @@
 mod grid;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde_json::{Value, json};
 use tetrascope::core::mesh::{BoundaryStatistics, MeshReport, type_name};
 use tetrascope::core::{Bounds, Error, OpticalModel, TetMesh, Volume, number};
+use tetrascope::io::read_steps;
 use tetrascope::scene::{default_side, default_unit_distance};
 use tetrascope::volumes::{self, BareMesh, Contents, FieldSummary, Loaded};
 
@@ -19,33 +21,74 @@ pub(crate) fn run(args: &InfoArgs, output: &Output) -> Result<(), Stop> {
     volumes::check(&source).map_err(usage)?;
     let what = format!("loading {}", args.volume.display());
     let (contents, _) = output.timed(&what, || volumes::examine(&source))?;
+    let file = source.file.as_deref();
+    let steps = file.map_or(Ok(Vec::new()), steps_of)?;
     let loaded = match contents {
-        Contents::Bare(bare) => return print(|| Facts::of_bare(&bare), output),
+        Contents::Bare(bare) => return print(|| Facts::of_bare(&bare), &steps, output),
         Contents::Drawable(loaded) => loaded,
     };
     match &loaded.volume {
-        Volume::Mesh(mesh) => print(|| Facts::of(&loaded, mesh), output),
+        Volume::Mesh(mesh) => print(|| Facts::of(&loaded, mesh), &steps, output),
         Volume::Grid(grid) => grid::print(
             &loaded,
             grid.lattice(),
             grid.samples().sample_type(),
+            &steps,
             output,
         ),
         Volume::Stream(stream) => {
             let source = stream.source();
-            grid::print(&loaded, &source.lattice(), source.sample_type(), output)
+            grid::print(
+                &loaded,
+                &source.lattice(),
+                source.sample_type(),
+                &steps,
+                output,
+            )
         }
         _ => Err(Error::invalid("`info` describes meshes and grids").into()),
     }
 }
 
 /// Finds and prints the facts of a mesh.
-fn print<'a>(facts: impl FnOnce() -> Facts<'a>, output: &Output) -> Result<(), Stop> {
+fn print<'a>(
+    facts: impl FnOnce() -> Facts<'a>,
+    steps: &[f64],
+    output: &Output,
+) -> Result<(), Stop> {
     let (facts, _) = output.timed("examining the mesh", || Ok(facts()))?;
     if output.json() {
-        return output.json_result(&facts.json());
+        let mut json = facts.json();
+        json["steps"] = json!(steps);
+        return output.json_result(&json);
     }
-    output.lines(&facts.text())
+    let mut lines = facts.text();
+    lines.splice(0..0, step_line(steps));
+    output.lines(&lines)
+}
+
+/// The times of the steps that a file holds; none of a file of samples alone.
+fn steps_of(path: &Path) -> Result<Vec<f64>, Error> {
+    match read_steps(path) {
+        // It was read by what the command line says is in it.
+        Err(Error::Format { .. }) => Ok(Vec::new()),
+        steps => steps,
+    }
+}
+
+/// How many time steps there are, and when.
+fn step_line(times: &[f64]) -> Option<String> {
+    const MOST: usize = 8;
+    let last = times.len().checked_sub(1)?;
+    let mut words: Vec<String> = times.iter().take(MOST).map(f64::to_string).collect();
+    if last >= MOST {
+        words.push(format!("… {}", times[last]));
+    }
+    let words = words.join(", ");
+    Some(format!(
+        "time steps     {}, 0 to {last}, at {words}",
+        times.len()
+    ))
 }
 
 /// The unit distance of a first picture.

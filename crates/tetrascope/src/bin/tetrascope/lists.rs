@@ -1,8 +1,9 @@
-//! `algorithms`, `adapters`, `datasets`, `colormaps`.
+//! `algorithms`, `formats`, `adapters`, `datasets`, `colormaps`.
 
 use serde_json::{Value, json};
 use tetrascope::core::Error;
 use tetrascope::core::colormap::Colormap;
+use tetrascope::io::{FORMATS, FileFormat};
 use tetrascope::{Algorithm, Setting, Values, datasets as data};
 
 use crate::output::{Output, Stop};
@@ -15,6 +16,53 @@ pub(crate) fn algorithms(output: &Output) -> Result<(), Stop> {
     }
     let blocks: Vec<String> = all.iter().map(algorithm_text).collect();
     output.result(blocks.join("\n\n"))
+}
+
+pub(crate) fn formats(output: &Output) -> Result<(), Stop> {
+    if output.json() {
+        let list = FORMATS.iter().map(|format| {
+            json!({
+                "name": format.name,
+                "extensions": format.extensions,
+                "holds": format.holds.name(),
+                "read": format.is_read,
+                "written": format.is_written,
+                "time_steps": format.has_steps,
+                "streamed": format.streams,
+                "feature": format.feature,
+                "limits": format.limits,
+            })
+        });
+        return output.json_result(&list.collect());
+    }
+    let blocks: Vec<String> = FORMATS.iter().map(format_text).collect();
+    output.result(blocks.join("\n"))
+}
+
+fn format_text(format: &FileFormat) -> String {
+    let extensions: Vec<String> = format.extensions.iter().map(|e| format!(".{e}")).collect();
+    let mut can = match (format.is_read, format.is_written) {
+        (true, true) => "read and written",
+        (true, false) => "read",
+        (false, _) => "not read",
+    }
+    .to_owned();
+    if let (false, Some(feature)) = (format.is_read, format.feature) {
+        can += &format!(", as this program was built without the feature {feature}");
+    }
+    if format.has_steps {
+        can += "; time steps are chosen";
+    }
+    if format.streams {
+        can += "; large ones stay in their file";
+    }
+    format!(
+        "{}: {}\n  {}, {can}\n  {}",
+        format.name,
+        extensions.join(" "),
+        format.holds.name(),
+        format.limits
+    )
 }
 
 fn algorithm_text(algorithm: &Algorithm) -> String {

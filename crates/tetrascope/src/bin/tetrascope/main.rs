@@ -63,6 +63,7 @@ fn main() -> ExitCode {
         Command::Slice(args) => slice::run(args, &output),
         Command::PrintScene(args) => scene::run(args, &output),
         Command::Algorithms => lists::algorithms(&output),
+        Command::Formats => lists::formats(&output),
         Command::Adapters => lists::adapters(&output),
         Command::Datasets => lists::datasets(&output),
         Command::Colormaps => lists::colormaps(&output),

@@ -243,6 +243,8 @@ pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeS
         cells: args.cells,
         seed: args.seed,
         field: args.field.clone(),
+        step: args.step,
+        time: args.time,
         interpolation: args.interpolation,
         dims: args.dims,
         number: args.number,
@@ -292,6 +294,9 @@ fn merge(source: &mut VolumeSource, given: VolumeSource) {
     source.dataset = given.dataset.or(source.dataset.take());
     source.solution = given.solution.or(source.solution.take());
     source.field = given.field.or(source.field.take());
+    if given.step.is_some() || given.time.is_some() {
+        (source.step, source.time) = (given.step, given.time);
+    }
     source.interpolation = given.interpolation.or(source.interpolation);
     source.cells = given.cells.or(source.cells);
     source.seed = given.seed.or(source.seed);

@@ -1,6 +1,7 @@
 //! `render` of a series: a frame for each step, all in one scene.
 //!
-//! [`Steps`] are the files, which [`pattern`], [`natural`] and collections put in order;
+//! [`Steps`] are the files, which [`pattern`], [`natural`] and collections put in order, or the
+//! time steps of one file;
 //! [`Common`] is what frames share, found from all steps before the first is drawn, so that
 //! nothing flickers; [`frame_name`] names frames. One step is in memory at a time.
 
@@ -31,7 +32,7 @@ use crate::scene::Request;
 
 pub(crate) use common::Common;
 pub(crate) use steps::Steps;
-use steps::{describe, frame_name};
+use steps::{choose, describe, frame_name};
 use tally::Tally;
 
 /// What is told of a frame that cannot be drawn.
@@ -246,7 +247,7 @@ fn load(
         return Ok((common.load(&scene.source, previous)?, scene));
     }
     let mut request = request.clone();
-    request.file.volume.file = Some(step.file.clone());
+    choose(&mut request.file.volume, step);
     let loaded = volumes::load_step(&request.file.volume, previous)?;
     let scene = request.complete(request.file.resolve(&loaded.volume))?;
     Ok((loaded, scene))

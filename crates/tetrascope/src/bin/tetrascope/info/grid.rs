@@ -6,7 +6,7 @@ use tetrascope::core::grid::{Interpolation, Lattice, SampleType};
 use tetrascope::core::number::{bounds, rounded, vector};
 use tetrascope::volumes::Loaded;
 
-use super::{fields, notes, unit_distance};
+use super::{fields, notes, step_line, unit_distance};
 use crate::output::{Output, Stop};
 
 /// Prints what the grid on `lattice` consists of.
@@ -14,6 +14,7 @@ pub(super) fn print(
     loaded: &Loaded,
     lattice: &Lattice,
     sample_type: SampleType,
+    steps: &[f64],
     output: &Output,
 ) -> Result<(), Stop> {
     let [nx, ny, nz] = lattice.dims;
@@ -39,13 +40,15 @@ pub(super) fn print(
             "axes": [x_axis, y_axis, z_axis],
             "bounds": [bounding_box.min, bounding_box.max],
             "unit_distance": unit_distance,
+            "steps": steps,
             "notes": loaded.notes,
         }));
     }
-    let mut lines = vec![
+    let mut lines: Vec<String> = step_line(steps).into_iter().collect();
+    lines.extend([
         format!("samples        {nx}×{ny}×{nz} of {}", sample_type.name()),
         format!("cells          {cells}"),
-    ];
+    ]);
     let filled = match lattice.interpolation {
         Interpolation::Linear => "linear, between samples",
         Interpolation::Nearest => "nearest, each sample fills a cell",

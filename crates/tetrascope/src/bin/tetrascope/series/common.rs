@@ -5,14 +5,14 @@ use tetrascope::io::Step;
 use tetrascope::scene::{Scene, Survey, VolumeSource};
 use tetrascope::volumes::{self, FieldSummary, Loaded};
 
-use super::steps::describe;
+use super::steps::{choose, describe};
 use super::{Steps, at};
 use crate::output::{Output, Stop};
 use crate::scene::Request;
 
 /// What is found once, from all steps.
 pub(crate) struct Common {
-    /// The scene of the first step; that of another has its file.
+    /// The scene of the first step; that of another has its file and its number.
     pub(crate) scene: Scene,
     field: Field,
 }
@@ -50,7 +50,7 @@ impl Common {
         let mut previous: Option<Volume> = None;
         for (number, step) in steps.list.iter().enumerate() {
             watch.begin(&format!("reading {}", describe(step)));
-            source.file = Some(step.file.clone());
+            choose(&mut source, step);
             let loaded =
                 load(&source, previous.take().as_ref(), field.as_ref()).map_err(at(step, None))?;
             watch.detail(format_args!(
@@ -74,7 +74,7 @@ impl Common {
         let resolved = request.file.resolve_for_all(&survey);
         let mut scene = request.complete(resolved)?;
         scene.source = source;
-        scene.source.file = Some(first.file.clone());
+        choose(&mut scene.source, first);
         let field = field.expect("there is a step");
         output.note(format_args!("  field '{}' of {all}", field.name));
         for line in &scene.defaults {
@@ -86,7 +86,7 @@ impl Common {
     /// The scene of a step.
     pub(crate) fn scene_of(&self, step: &Step) -> Scene {
         let mut scene = self.scene.clone();
-        scene.source.file = Some(step.file.clone());
+        choose(&mut scene.source, step);
         scene
     }
 

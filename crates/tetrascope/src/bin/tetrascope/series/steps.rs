@@ -4,7 +4,8 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use tetrascope::core::Error;
-use tetrascope::io::{Step, is_collection, read_collection};
+use tetrascope::io::{Step, is_collection, read_collection, read_steps};
+use tetrascope::scene::VolumeSource;
 
 use super::frame_name::FrameName;
 use super::{natural, pattern};
@@ -20,25 +21,37 @@ pub(crate) struct Steps {
 impl Steps {
     /// The series that `render` is asked for; `None` if that is one volume.
     ///
-    /// One file is a series if its frame is to have a number: a shell may have found one
-    /// alone where it looked for several.
+    /// One file is a series if its frame is to have a number: of its own time steps, if it holds
+    /// several and none is chosen; or a shell may have found one alone where it looked for several.
     pub(crate) fn find_for(args: &RenderArgs) -> Result<Option<Steps>, Error> {
         if let Some(steps) = Steps::find(&args.scene.volume)? {
             return Ok(Some(steps));
         }
         let is_numbered = |path: &PathBuf| FrameName::parse(path).is_ok();
+        let series = &args.series;
+        let is_asked = series.resume || series.each_step || series.steps.is_some();
         if let [file] = args.scene.volume.as_slice()
             && file.is_file()
-            && args.output.as_ref().is_some_and(is_numbered)
+            && (is_asked || args.output.as_ref().is_some_and(is_numbered))
         {
-            return Ok(Some(Steps::of_files(vec![file.clone()])?));
+            let options = &args.scene.options;
+            let times = match (options.step, options.time) {
+                // What is wrong with the file is said when it is read.
+                (None, None) => read_steps(file).unwrap_or_default(),
+                _ => Vec::new(),
+            };
+            if times.len() > 1 {
+                return Ok(Some(Steps::within(file, times)));
+            }
+            if args.output.as_ref().is_some_and(is_numbered) {
+                return Ok(Some(Steps::of_files(vec![file.clone()])?));
+            }
         }
-        let series = &args.series;
-        if series.resume || series.each_step || series.steps.is_some() {
+        if is_asked {
             return Err(Error::Usage {
                 what: "--resume, --steps and --each-step are for a series of files".into(),
                 help: Some(
-                    "name several files, a quoted pattern, or a .pvd or .series file".into(),
+                    "name several files, a quoted pattern, a .pvd or .series file, or a file with several time steps".into(),
                 ),
             });
         }
@@ -72,6 +85,19 @@ impl Steps {
         Steps::of_files(files).map(Some)
     }
 
+    /// The time steps of one file.
+    fn within(file: &Path, times: Vec<f64>) -> Steps {
+        let step = |(number, time)| Step {
+            file: file.to_owned(),
+            time: Some(time),
+            number: Some(number),
+        };
+        Steps {
+            list: times.into_iter().enumerate().map(step).collect(),
+            is_shuffled: false,
+        }
+    }
+
     fn of_files(files: Vec<PathBuf>) -> Result<Steps, Error> {
         let mut known = HashSet::new();
         for file in &files {
@@ -103,7 +129,11 @@ impl Steps {
             // Backwards is on purpose.
             pairs.any(|pair| Some(order(pair)) != first)
         };
-        let step = |file| Step { file, time: None };
+        let step = |file| Step {
+            file,
+            time: None,
+            number: None,
+        };
         Ok(Steps {
             list: files.into_iter().map(step).collect(),
             is_shuffled,
@@ -127,6 +157,14 @@ impl Steps {
             });
         }
         Ok((first..=last.min(end)).collect())
+    }
+}
+
+/// Makes `step` what `source` names.
+pub(crate) fn choose(source: &mut VolumeSource, step: &Step) {
+    source.file = Some(step.file.clone());
+    if step.number.is_some() {
+        source.step = step.number;
     }
 }
 
