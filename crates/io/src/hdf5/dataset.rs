@@ -4,7 +4,9 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-use hdf5_reader::messages::datatype::{Datatype, StringSize};
+#[cfg(feature = "exodus")]
+use hdf5_reader::StringSize;
+use hdf5_reader::messages::datatype::Datatype;
 use hdf5_reader::{Attribute, H5Type, SliceInfo, SliceInfoElem};
 use tetrascope_core::Error;
 
@@ -95,6 +97,7 @@ impl Dataset {
     }
 
     /// Whether it holds texts of fixed length, such as netCDF's characters.
+    #[cfg(feature = "exodus")]
     pub(crate) fn is_text(&self) -> bool {
         let kind = self.data.dtype();
         matches!(
@@ -113,6 +116,7 @@ impl Dataset {
     }
 
     /// The texts of a dataset of them, of characters those along the last dimension.
+    #[cfg(feature = "exodus")]
     pub(crate) fn texts(&self, most_bytes: u64) -> Result<Vec<String>, Error> {
         let characters = match self.data.dtype() {
             Datatype::String {
