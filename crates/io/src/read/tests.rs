@@ -30,11 +30,11 @@ fn unknown_files_are_refused_with_the_formats_that_are_read() {
         ("a.html", b"<html></html>", "no <VTKFile> element"),
         ("a.vtu", b"\x1f\x8b\x08", "gzip"),
         ("a.hdf", b"hello", "not an HDF5 file"),
-        ("a.xdmf", b"hello", "data in other files"),
+        ("a.xdmf", b"hello", "not XML with an <Xdmf> element"),
     ] {
         let error = read_named(name, bytes);
         assert!(error.to_string().contains(words), "{name}: {error}");
-        assert_eq!(error.help().as_deref(), Some(FORMATS));
+        assert_eq!(error.help().as_deref(), Some(in_words().as_str()));
     }
     let error = read_named("a.vtu", b"");
     assert!(error.to_string().contains("the file is empty"), "{error}");
