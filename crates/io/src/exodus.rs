@@ -21,7 +21,7 @@ use tetrascope_core::{Cells, Error, glam};
 
 use self::file::File;
 use crate::MeshData;
-use crate::fields::{Array, Numbers, Runs};
+use crate::fields::{Array, Numbers, Runs, vectors};
 use crate::grid::payload::most_unpacked;
 use crate::read::check;
 use crate::source::{Source, count, reserve, room};
@@ -386,30 +386,6 @@ fn names(file: &File, association: Association) -> Result<Vec<(String, u64)>, Er
         }
     });
     Ok(named.collect())
-}
-
-/// Joins variables that follow each other and end in X, Y and Z, or x, y and z.
-fn vectors(names: &[(String, u64)]) -> Vec<(String, Vec<u64>)> {
-    let stem = |name: &str, ends: [char; 2]| {
-        let stem = name.strip_suffix(ends)?;
-        let stem = stem.trim_end_matches(['_', ' ', '-']);
-        (!stem.is_empty()).then(|| stem.to_owned())
-    };
-    let (mut rest, mut fields) = (names, Vec::new());
-    while let Some(((name, number), tail)) = rest.split_first() {
-        if let [(y, second), (z, third), ..] = tail
-            && let Some(x) = stem(name, ['x', 'X'])
-            && stem(y, ['y', 'Y']).as_ref() == Some(&x)
-            && stem(z, ['z', 'Z']).as_ref() == Some(&x)
-        {
-            fields.push((x, vec![*number, *second, *third]));
-            rest = &tail[2..];
-        } else {
-            fields.push((name.clone(), vec![*number]));
-            rest = tail;
-        }
-    }
-    fields
 }
 
 /// The values of a field in the file at a time step.

@@ -54,6 +54,32 @@ impl Numbers for Runs {
     }
 }
 
+/// Arrays of one number for each point or cell, which together are the components of another.
+#[derive(Debug)]
+pub(crate) struct Together(pub(crate) Vec<Arc<dyn Numbers>>);
+
+impl Numbers for Together {
+    fn each(&self, each: &mut dyn FnMut(f64)) -> Result<(), Error> {
+        let Some((first, others)) = self.0.split_first() else {
+            return Ok(());
+        };
+        let mut columns = Vec::new();
+        for numbers in others {
+            let mut column = Vec::new();
+            numbers.each(&mut |value| column.push(value))?;
+            columns.push(column);
+        }
+        let mut tuple = 0;
+        first.each(&mut |value| {
+            each(value);
+            for column in &columns {
+                each(column.get(tuple).copied().unwrap_or(f64::NAN));
+            }
+            tuple += 1;
+        })
+    }
+}
+
 /// A field with any number of components.
 #[derive(Clone, Debug)]
 pub(crate) struct Array {
@@ -157,6 +183,31 @@ pub(crate) fn component_name(component: usize, names: &[Option<String>]) -> Stri
     name_of(component)
         .filter(|name| (0..component).all(|earlier| name_of(earlier) != Some(name)))
         .map_or_else(|| component.to_string(), str::to_owned)
+}
+
+/// Joins arrays, of which each has a name and something else, that follow each other and end in X, Y and Z, or x, y and z.
+#[cfg(any(feature = "exodus", feature = "hdf5"))]
+pub(crate) fn vectors<T: Clone>(names: &[(String, T)]) -> Vec<(String, Vec<T>)> {
+    let stem = |name: &str, ends: [char; 2]| {
+        let stem = name.strip_suffix(ends)?;
+        let stem = stem.trim_end_matches(['_', ' ', '-']);
+        (!stem.is_empty()).then(|| stem.to_owned())
+    };
+    let (mut rest, mut fields) = (names, Vec::new());
+    while let Some(((name, number), tail)) = rest.split_first() {
+        if let [(y, second), (z, third), ..] = tail
+            && let Some(x) = stem(name, ['x', 'X'])
+            && stem(y, ['y', 'Y']).as_ref() == Some(&x)
+            && stem(z, ['z', 'Z']).as_ref() == Some(&x)
+        {
+            fields.push((x, vec![number.clone(), second.clone(), third.clone()]));
+            rest = &tail[2..];
+        } else {
+            fields.push((name.clone(), vec![number.clone()]));
+            rest = tail;
+        }
+    }
+    fields
 }
 
 /// What components without a name are by custom: places in space, colors, and the parts of

@@ -93,7 +93,7 @@ impl FileFormat {
 }
 
 /// Every format, meshes first.
-pub const FORMATS: [FileFormat; 17] = [
+pub const FORMATS: [FileFormat; 19] = [
     format(
         "VTK XML unstructured grids",
         &["vtu"],
@@ -136,6 +136,21 @@ pub const FORMATS: [FileFormat; 17] = [
     )
     .with_steps()
     .with("exodus", cfg!(feature = "exodus")),
+    format(
+        "XDMF",
+        &["xdmf", "xmf"],
+        Holds::Both,
+        "versions 2 and 3; numbers in XML, binary files, and with the feature `hdf5` in HDF5; curved cells by their corners; no polyhedra, no functions of finite elements",
+    )
+    .with_steps(),
+    format(
+        "CGNS",
+        &["cgns"],
+        Holds::Meshes,
+        "in HDF5, not ADF; volumes of order 1 and 2, polyhedra, structured zones; solutions at vertices and in cells, without Rind; of moving meshes the first coordinates",
+    )
+    .with_steps()
+    .with("hdf5", cfg!(feature = "hdf5")),
     format(
         "Gmsh",
         &["msh"],
@@ -286,6 +301,7 @@ mod tests {
         // Fixtures of these are made by their tests.
         let made = [
             "VTKHDF",
+            "CGNS",
             "Plot3D",
             "VTK XML images",
             "MetaImage",

@@ -29,7 +29,7 @@
 pub(crate) mod axes;
 pub(crate) mod formats;
 pub(crate) mod ghosts;
-mod header;
+pub(crate) mod header;
 pub(crate) mod meta_image;
 mod mrc;
 mod nifti;

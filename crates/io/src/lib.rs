@@ -22,6 +22,8 @@
 //! | `.vtkhdf`, `.hdf` | VTKHDF: unstructured, structured and rectilinear grids, images, and the meshes of collections; time steps; see [`vtkhdf`] |
 //! | `.msh` | Gmsh 2 and 4.1, text and binary, both byte orders; fields at nodes and of elements; time steps; see [`gmsh`] |
 //! | `.e`, `.exo`, `.ex2` | Exodus II in netCDF classic and HDF5 files; variables at nodes and of elements; time steps; see [`exodus`] |
+//! | `.xdmf`, `.xmf` | XDMF 2 and 3: meshes and grids with numbers in XML, binary and HDF5 files; collections, time steps; see [`xdmf`] |
+//! | `.cgns` | CGNS in HDF5: unstructured zones with polyhedra, structured zones; solutions, time steps; see [`cgns`] |
 //! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or in slices; frames; see [`grid`] |
 //! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; `kinds`, `space`; see [`grid`] |
 //! | `.nii`, `.nii.gz`, `.hdr` with `.img` | NIfTI-1 and NIfTI-2 with all of their volumes, complex numbers and colors; Analyze 7.5; see [`grid`] |
@@ -36,7 +38,7 @@
 //! would lose what varies. A sample that is not finite, or is beyond 32-bit floats, or is a
 //! mark of no value, is NaN; notes count them.
 //!
-//! Exodus is read with the feature `exodus`, VTKHDF with `hdf5`, Exodus in HDF5 with both, and
+//! Exodus is read with the feature `exodus`, VTKHDF, CGNS and what XDMF has in HDF5 with `hdf5`, Exodus in HDF5 with both, and
 //! TIFF with `tiff`; all are on by default.
 //!
 //! # Fields of meshes
@@ -64,10 +66,10 @@
 //! | samples of a packed grid, in the type in which they are stored | 1 GiB + 64 n, and 1032 n: deflate makes no more of a byte (of TIFF the first alone). What is more is refused. Five times that for a moment where samples become floats |
 //! | a scene, a collection or list of files, a header of a grid | 1 MiB, 4 MiB, 1 MiB: what is longer is none |
 //!
-//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.pvti` and the like, `.vtm`) names each once, and in its own
+//! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.pvti` and the like, `.vtm`, `.xdmf`) names each once, `.xdmf` as often as it likes, and in its own
 //! folder or below: `..` and absolute names are refused. HDF5 files name no others: what is in
 //! other files is refused. Arrays of a VTK file may not all lie at one place. Tests and
-//! `cargo xtask fuzz` hold the readers to this; of Gmsh, Exodus, VTKHDF, TIFF, NumPy, MRC, `.pvtu`,
+//! `cargo xtask fuzz` hold the readers to this; of Gmsh, Exodus, VTKHDF, XDMF, CGNS, TIFF, NumPy, MRC, `.pvtu`,
 //! `.vtm`, `.vts`, `.vtr` and polyhedra it is only argued, from the code.
 //!
 //! # A file in, a file out
@@ -99,6 +101,8 @@
 //! ```
 
 mod appended;
+#[cfg(feature = "hdf5")]
+pub mod cgns;
 pub mod collection;
 #[cfg(feature = "exodus")]
 pub mod exodus;
@@ -122,6 +126,7 @@ pub mod vtk;
 pub mod vtkhdf;
 pub mod vtu;
 mod whole_file;
+pub mod xdmf;
 
 pub use appended::Compression;
 pub use collection::{Step, is_collection, read_collection};

@@ -6,6 +6,7 @@
 
 mod arrays;
 mod faces;
+pub(crate) mod sections;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -17,9 +17,9 @@ use crate::grid::{GridData, RawLayout, meta_image, nrrd, raw};
 use crate::polyhedra::POLYHEDRON;
 use crate::source::{Source, open_file};
 use crate::steps::{StepChoice, without_steps};
-use crate::{MeshData, gmsh, plot3d, vtk, vtu};
+use crate::{MeshData, gmsh, plot3d, vtk, vtu, xdmf};
 #[cfg(feature = "hdf5")]
-use crate::{hdf5, vtkhdf};
+use crate::{cgns, hdf5, vtkhdf};
 
 /// How to read a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,12 +89,12 @@ const NOT_READ: [(&[&str], &str); 10] = [
     ),
     (
         &["xdmf", "xmf"],
-        "a description of data in other files; save it as .vtkhdf or .vtu",
+        "not XML with an <Xdmf> element, as its first bytes are others; copy or write it again",
     ),
     (&["case", "encas"], "an EnSight case; save it as .vtu"),
     (
         &["exo", "e", "ex2", "exii", "cgns", "nc"],
-        "a CGNS mesh, or neither netCDF nor HDF5 as an Exodus mesh is; save it as .vtu",
+        "neither netCDF nor HDF5, as its first bytes are others; copy or write it again",
     ),
     (
         &["inp", "med", "foam", "stl", "ply", "obj"],
@@ -170,6 +170,10 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
             let mesh = gmsh::read(Source::open(path)?, options.step)?;
             return Ok(with_file(FileData::Mesh(mesh), path));
         }
+        Format::Xdmf => {
+            let data = xdmf::read(Source::open(path)?, options.step)?;
+            return Ok(with_file(data, path));
+        }
         #[cfg(feature = "exodus")]
         Format::Exodus => {
             let mesh = exodus::read(Source::open(path)?, options.step)?;
@@ -195,6 +199,9 @@ fn read_hdf5(path: &Path, step: Option<StepChoice>) -> Result<FileData, Error> {
         return vtkhdf::read(&group, step);
     }
     let names = root.members()?;
+    if cgns::is_cgns(&names.0) {
+        return cgns::read(&root, step).map(FileData::Mesh);
+    }
     #[cfg(feature = "exodus")]
     if exodus::is_exodus(&names.1) {
         return exodus::read_hdf5(&root, step).map(FileData::Mesh);
@@ -210,6 +217,9 @@ pub(crate) fn hdf5_steps(path: &Path) -> Result<Vec<f64>, Error> {
         return vtkhdf::step_times(&group);
     }
     let names = root.members()?;
+    if cgns::is_cgns(&names.0) {
+        return cgns::steps(&root);
+    }
     #[cfg(feature = "exodus")]
     if exodus::is_exodus(&names.1) {
         return exodus::hdf5_steps(&root);
@@ -221,10 +231,6 @@ pub(crate) fn hdf5_steps(path: &Path) -> Result<Vec<f64>, Error> {
 #[cfg(feature = "hdf5")]
 fn other_hdf5(root: &hdf5::Group, (groups, datasets): (Vec<String>, Vec<String>)) -> Error {
     const MOST: usize = 5;
-    let is_cgns = datasets
-        .iter()
-        .chain(&groups)
-        .any(|name| name == "CGNSLibraryVersion");
     let all = groups.len() + datasets.len();
     let names = groups.iter().chain(&datasets).take(MOST).map(|name| {
         let name: String = name.chars().take(40).collect();
@@ -234,14 +240,15 @@ fn other_hdf5(root: &hdf5::Group, (groups, datasets): (Vec<String>, Vec<String>)
     if all > MOST {
         names += &format!(" and {} more", all - MOST);
     }
-    let what = match (is_cgns, all) {
-        (true, _) => "this is a CGNS mesh, which is not read".to_owned(),
-        (_, 0) => "the HDF5 file is empty".to_owned(),
+    let what = match all {
+        0 => "the HDF5 file is empty".to_owned(),
         _ if cfg!(feature = "exodus") => {
-            format!("the HDF5 file is neither VTKHDF nor an Exodus mesh: it holds {names}")
+            format!(
+                "the HDF5 file is neither VTKHDF nor a CGNS or an Exodus mesh: it holds {names}"
+            )
         }
         _ => format!(
-            "the HDF5 file is not VTKHDF: it holds {names}; Exodus meshes are read with the feature `exodus`"
+            "the HDF5 file is neither VTKHDF nor a CGNS mesh: it holds {names}; Exodus meshes are read with the feature `exodus`"
         ),
     };
     root.error_with_help(what, "save the mesh or image as .vtkhdf, .vtu or .vti")
@@ -299,6 +306,7 @@ pub(crate) enum Format {
     VtkXml,
     VtkLegacy,
     Gmsh,
+    Xdmf,
     #[cfg(feature = "exodus")]
     Exodus,
     #[cfg(feature = "hdf5")]
@@ -321,7 +329,7 @@ impl Format {
     /// Whether one of several time steps can be chosen.
     fn has_steps(&self) -> bool {
         match self {
-            Format::Gmsh => true,
+            Format::Gmsh | Format::Xdmf => true,
             #[cfg(feature = "exodus")]
             Format::Exodus => true,
             #[cfg(feature = "hdf5")]
@@ -351,6 +359,9 @@ impl Format {
             return refuse("this is text in UTF-16; save it as UTF-8");
         }
         if head.trim_ascii_start().starts_with(b"<") {
+            if xdmf::is_xdmf(head) {
+                return Ok(Format::Xdmf);
+            }
             let root = head.windows(8).any(|w| w == b"<VTKFile");
             return if root {
                 Ok(Format::VtkXml)
@@ -368,8 +379,15 @@ impl Format {
             return Ok(Format::Hdf5);
             #[cfg(not(feature = "hdf5"))]
             return refuse(
-                "this is an HDF5 file; VTKHDF and Exodus meshes in HDF5 are read with the feature `hdf5`",
+                "this is an HDF5 file; VTKHDF, CGNS and Exodus meshes in HDF5 are read with the feature `hdf5`",
             );
+        }
+        if head.starts_with(b"@(#)ADF Database") {
+            return Err(source.error_with_help(
+                "byte 0",
+                "this is a CGNS file in ADF, CGNS's own container, and those in HDF5 are read",
+                "convert it with adf2hdf, which comes with the CGNS library",
+            ));
         }
         if gmsh::is_gmsh(head) {
             return Ok(Format::Gmsh);

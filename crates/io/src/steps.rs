@@ -20,7 +20,7 @@ pub enum StepChoice {
 /// The times of the steps that one file holds, in their order and in the file's own unit; none
 /// for a file without steps, or of a format whose steps are not told apart. No field is read.
 ///
-/// Exodus, VTKHDF and Gmsh files have steps. [`ReadOptions::step`](crate::ReadOptions::step)
+/// Exodus, VTKHDF, CGNS, XDMF and Gmsh files have steps. [`ReadOptions::step`](crate::ReadOptions::step)
 /// chooses one. A list of files is a [`collection`](crate::collection) instead.
 ///
 /// # Errors
@@ -33,6 +33,7 @@ pub fn read_steps(path: &Path) -> Result<Vec<f64>, Error> {
         Format::Exodus => crate::exodus::steps(Source::open(path)?),
         #[cfg(feature = "hdf5")]
         Format::Hdf5 => crate::read::hdf5_steps(path),
+        Format::Xdmf => crate::xdmf::steps(Source::open(path)?),
         _ => Ok(Vec::new()),
     }
 }

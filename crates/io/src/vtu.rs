@@ -55,11 +55,9 @@ use tetrascope_core::mesh::Association;
 
 pub use self::write::{check_path, write_vtu};
 
-#[cfg(feature = "hdf5")]
 pub(crate) use self::document::Image;
-pub(crate) use self::document::{attributes, line};
+pub(crate) use self::document::{Attributes, attributes, line};
 pub(crate) use self::encoding::to_utf8;
-#[cfg(feature = "hdf5")]
 pub(crate) use self::image::{Box3, ImageArray, ImageFields};
 
 use self::decode::Decoder;

@@ -14,6 +14,7 @@ use super::{File, one_line};
 use crate::fields;
 use crate::grid::number::{Number, Numbers};
 use crate::pieces::EachIndices;
+use crate::pieces::sections::Indices;
 use crate::source::{reserve, room};
 
 /// Numbers that are read at a time, unless the chunks of a dataset have more.
@@ -191,6 +192,10 @@ impl Dataset {
 }
 
 impl View {
+    pub(crate) fn dataset(&self) -> &Dataset {
+        &self.dataset
+    }
+
     /// How many numbers belong to a row.
     fn row(&self) -> u64 {
         let rest = &self.dataset.shape()[self.places.len() + 1..];
@@ -363,6 +368,16 @@ impl fmt::Debug for View {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         let path = &self.dataset.path;
         write!(formatter, "{path} {:?} {:?}", self.places, self.rows)
+    }
+}
+
+impl Indices for View {
+    fn count(&self) -> u64 {
+        View::count(self)
+    }
+
+    fn each_indices(&self, each: EachIndices) -> Result<(), Error> {
+        View::each_indices(self, each)
     }
 }
 

@@ -10,9 +10,14 @@ pub(crate) fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures")
 }
 
-/// The bytes of a file of make_hdf.py.
+/// The bytes of a file of make_hdf.py, or make_cgns.py.
 pub(crate) fn bytes(name: &str) -> Vec<u8> {
-    let packed = fs::read(fixtures().join(format!("hdf/{name}.gz")));
+    let folder = if name.ends_with(".cgns") {
+        "cgns"
+    } else {
+        "hdf"
+    };
+    let packed = fs::read(fixtures().join(format!("{folder}/{name}.gz")));
     let packed = packed.unwrap_or_else(|e| panic!("{name}: {e}"));
     let mut bytes = Vec::new();
     let mut unpack = flate2::read::GzDecoder::new(&packed[..]);
