@@ -34,7 +34,7 @@ fn unknown_files_are_refused_with_the_formats_that_are_read() {
     ] {
         let error = read_named(name, bytes);
         assert!(error.to_string().contains(words), "{name}: {error}");
-        assert_eq!(error.help().as_deref(), Some(FORMATS));
+        assert_eq!(error.help().as_deref(), Some(&*in_words()));
     }
     let error = read_named("a.vtu", b"");
     assert!(error.to_string().contains("the file is empty"), "{error}");
