@@ -9,7 +9,7 @@
 //! | format | what is read |
 //! |---|---|
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
-//! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; polyhedra; see [`vtu`] |
+//! | `.vtu` | VTK XML unstructured grids in every encoding; polyhedra; see [`vtu`] |
 //! | `.vts`, `.vtr` | VTK XML structured and rectilinear grids, as `.vtu`; pieces by extent, blanking; evenly spaced `.vtr` as images; see [`vtu`] |
 //! | `.pvtu`, `.pvts`, `.pvtr` | the pieces that it lists as one mesh, without ghosts; see [`vtu`] |
 //! | `.pvti`, `.pvtr` | the pieces that it lists as one image, if evenly spaced; see [`vtu`] |
@@ -32,7 +32,8 @@
 //! would lose what varies. A sample that is not finite, or is beyond 32-bit floats, or is a
 //! mark of no value, is NaN; notes count them.
 //!
-//! Exodus is read with the feature `exodus`, TIFF with `tiff`; both are on by default.
+//! Exodus is read with the feature `exodus`, TIFF with `tiff`, VTK files packed with LZMA with
+//! `lzma`; all are on by default.
 //!
 //! # Fields of meshes
 //! They have the file's names, also for components: `Velocity-magnitude`, `stress-XY`; a
