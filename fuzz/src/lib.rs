@@ -19,6 +19,7 @@ mod reader;
 mod seeds;
 pub mod targets;
 mod worker;
+pub mod zip;
 
 pub use cli::main;
 pub use peak_alloc::PeakAlloc;

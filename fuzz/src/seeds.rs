@@ -1,6 +1,7 @@
 //! Valid files of every format, small, to begin from: the fixtures of the readers' own
 //! tests, and others made here.
 
+mod arrays;
 mod collections;
 mod gmsh;
 mod grids;
@@ -81,8 +82,16 @@ pub(crate) fn kinds() -> std::io::Result<Vec<Kind>> {
         kind("nrrd", grids::nrrd(), grids::NRRD_WORDS),
         kind(
             "nifti",
-            grids::nifti(),
-            &["n+1\0", "ni1\0", "\u{1}\u{5c}", "\u{5c}\u{1}"],
+            arrays::niftis()?,
+            &[
+                "n+1\0",
+                "ni1\0",
+                "\u{1}\u{5c}",
+                "\u{5c}\u{1}",
+                "n+2\0\r\n\u{1a}\n",
+                "\u{2}\u{1c}",
+                "\u{1c}\u{2}",
+            ],
         ),
         kind("raw", grids::raw(), &["\0", "\u{ff}"]),
         kind("scene", scenes::scenes(), scenes::WORDS),
@@ -94,6 +103,12 @@ pub(crate) fn kinds() -> std::io::Result<Vec<Kind>> {
         kind("vtm", xml::blocks(), xml::LIST_WORDS),
         kind("gmsh", gmsh, gmsh::WORDS),
         kind("exodus", exodus, EXODUS_WORDS),
+        kind("npy", arrays::npy(), arrays::NPY_WORDS),
+        kind("npz", arrays::npz(), arrays::NPZ_WORDS),
+        kind("mrc", arrays::mrc()?, arrays::MRC_WORDS),
+        kind("tiff", arrays::tiff()?, arrays::TIFF_WORDS),
+        kind("nifti-pair", arrays::pairs()?, arrays::PAIR_WORDS),
+        kind("pvti", xml::extents(), xml::LIST_WORDS),
     ];
     kinds[0].heavy = meshes::heavy_vtu();
     kinds[5].heavy = vec![grids::heavy_nrrd()];
@@ -103,6 +118,11 @@ pub(crate) fn kinds() -> std::io::Result<Vec<Kind>> {
 /// A mesh of one tetrahedron for lists to name.
 pub(crate) fn listed_mesh() -> Vec<u8> {
     xml::tetrahedron(1, "")
+}
+
+/// The second pieces of lists of extents: of an image, a structured and a rectilinear grid.
+pub(crate) fn listed_extents() -> [(&'static str, Vec<u8>); 3] {
+    xml::second_pieces()
 }
 
 /// Names and tags of a netCDF file in which there is a mesh.

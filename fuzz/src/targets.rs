@@ -4,6 +4,7 @@
 //! mesh, or a file that it packs itself, so that what changes lies behind checksums. Files lie
 //! in one folder, in memory where the system has such a place.
 
+mod archive;
 mod mesh;
 mod packed;
 
@@ -54,7 +55,7 @@ impl Target {
 }
 
 /// Every target.
-pub const TARGETS: [Target; 23] = [
+pub const TARGETS: [Target; 30] = [
     Target::of("vtu", "vtu", |bench, bytes| bench.file("mesh.vtu", bytes)),
     Target::of("vtk", "vtk", |bench, bytes| bench.file("mesh.vtk", bytes)),
     Target::of("vts", "vts", |bench, bytes| bench.file("grid.vts", bytes)),
@@ -62,12 +63,20 @@ pub const TARGETS: [Target; 23] = [
     Target {
         seeds: two_files,
         ..Target::of("pvtu", "pvtu", |bench, bytes| {
-            bench.listed("mesh.pvtu", bytes)
+            bench.listed(["mesh.pvtu", "a.vtu"], bytes)
         })
     },
     Target {
         seeds: two_files,
-        ..Target::of("vtm", "vtm", |bench, bytes| bench.listed("mesh.vtm", bytes))
+        ..Target::of("vtm", "vtm", |bench, bytes| {
+            bench.listed(["mesh.vtm", "a.vtu"], bytes)
+        })
+    },
+    Target {
+        seeds: two_files,
+        ..Target::of("pvti", "pvti", |bench, bytes| {
+            bench.listed(["grid.pvti", "a.vti"], bytes)
+        })
     },
     Target::of("gmsh", "gmsh", |bench, bytes| bench.file("mesh.msh", bytes)),
     Target {
@@ -92,6 +101,24 @@ pub const TARGETS: [Target; 23] = [
         ..Target::of("nifti", "nifti", |bench, bytes| {
             bench.file("grid.nii", bytes)
         })
+    },
+    Target {
+        longest: 1024,
+        seeds: two_files,
+        ..Target::of("nifti-pair", "nifti-pair", pair)
+    },
+    Target {
+        longest: 512,
+        ..Target::of("npy", "npy", |bench, bytes| bench.file("grid.npy", bytes))
+    },
+    Target {
+        longest: 1024,
+        ..Target::of("npz", "npz", |bench, bytes| bench.file("grid.npz", bytes))
+    },
+    Target::of("mrc", "mrc", |bench, bytes| bench.file("grid.mrc", bytes)),
+    Target {
+        longest: 4096,
+        ..Target::of("tiff", "tiff", |bench, bytes| bench.file("grid.tif", bytes))
     },
     Target {
         longest: 512,
@@ -139,6 +166,11 @@ pub const TARGETS: [Target; 23] = [
         seeds: packed::grid_seeds,
         ..Target::of("packed-grid", "nrrd", packed::grid)
     },
+    Target {
+        longest: 1024,
+        seeds: |_| archive::seeds(),
+        ..Target::of("packed-npz", "npy", archive::read)
+    },
 ];
 
 /// The target called `name`.
@@ -181,6 +213,9 @@ impl Bench {
         }
         for name in ["a.vtu", "b.vtu"] {
             fs::write(folder.path().join(name), seeds::listed_mesh())?;
+        }
+        for (name, piece) in seeds::listed_extents() {
+            fs::write(folder.path().join(name), piece)?;
         }
         Ok(Bench {
             folder,
@@ -232,10 +267,10 @@ impl Bench {
         take(read_file(&path, &ReadOptions::default())?)
     }
 
-    /// A list, then the first of the two files that it may name.
-    fn listed(&self, name: &'static str, bytes: &[u8]) -> Result<(), Error> {
+    /// A list, then the first of the two files that it may name, which are called so.
+    fn listed(&self, [name, listed]: [&'static str; 2], bytes: &[u8]) -> Result<(), Error> {
         let (list, first) = cut(bytes);
-        self.put("a.vtu", first);
+        self.put(listed, first);
         self.file(name, list)
     }
 
@@ -318,6 +353,13 @@ fn plot3d(bench: &Bench, bytes: &[u8]) -> Result<(), Error> {
     bench.file("meshxyz.bin", grid)
 }
 
+/// The header of a pair, then its samples.
+fn pair(bench: &Bench, bytes: &[u8]) -> Result<(), Error> {
+    let (header, samples) = cut(bytes);
+    bench.put("grid.img", samples);
+    bench.file("grid.hdr", header)
+}
+
 /// Two files of bytes that begin with the length of the first, in two.
 fn cut(bytes: &[u8]) -> (&[u8], &[u8]) {
     let [low, high, rest @ ..] = bytes else {
@@ -366,12 +408,15 @@ fn raw(bench: &Bench, bytes: &[u8]) -> Result<(), Error> {
 }
 
 /// The names and kinds of files that [`streams`] reads; an input's first byte chooses.
-const STREAMED: [(&str, &str); 5] = [
+const STREAMED: [(&str, &str); 8] = [
     ("grid.vti", "vti"),
     ("grid.vtk", "vtk"),
     ("grid.mha", "metaimage"),
     ("grid.nrrd", "nrrd"),
     ("grid.nii", "nifti"),
+    ("grid.npy", "npy"),
+    ("grid.mrc", "mrc"),
+    ("grid.tif", "tiff"),
 ];
 
 /// Grids that are left in their file as far as that can be.

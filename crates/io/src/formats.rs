@@ -98,7 +98,7 @@ pub const FORMATS: [FileFormat; 19] = [
         "VTK XML unstructured grids",
         &["vtu"],
         Holds::Meshes,
-        "every encoding but LZMA, polyhedra; curved cells by their corners; of several time steps the first",
+        "every encoding (LZMA by the feature `lzma`), polyhedra; curved cells by their corners; of several time steps the first",
     )
     .written(),
     format(
@@ -168,7 +168,7 @@ pub const FORMATS: [FileFormat; 19] = [
         "VTK XML images",
         &["vti"],
         Holds::Grids,
-        "every encoding but LZMA; direction, pieces, hidden points and cells",
+        "every encoding (LZMA by the feature `lzma`); direction, pieces, hidden points and cells",
     )
     .written()
     .streamed(),

@@ -12,7 +12,7 @@
 //! | format | what is read |
 //! |---|---|
 //! | Plot3D | single and multiple blocks, C and Fortran binary, both byte orders, 32 and 64 bits, IBLANK; see [`plot3d`] |
-//! | `.vtu` | VTK XML unstructured grids in every encoding but lzma; polyhedra; see [`vtu`] |
+//! | `.vtu` | VTK XML unstructured grids in every encoding; polyhedra; see [`vtu`] |
 //! | `.vts`, `.vtr` | VTK XML structured and rectilinear grids, as `.vtu`; pieces by extent, blanking; evenly spaced `.vtr` as images; see [`vtu`] |
 //! | `.pvtu`, `.pvts`, `.pvtr` | the pieces that it lists as one mesh, without ghosts; see [`vtu`] |
 //! | `.pvti`, `.pvtr` | the pieces that it lists as one image, if evenly spaced; see [`vtu`] |
@@ -38,8 +38,9 @@
 //! would lose what varies. A sample that is not finite, or is beyond 32-bit floats, or is a
 //! mark of no value, is NaN; notes count them.
 //!
-//! Exodus is read with the feature `exodus`, VTKHDF, CGNS and what XDMF has in HDF5 with `hdf5`, Exodus in HDF5 with both, and
-//! TIFF with `tiff`; all are on by default.
+//! Exodus is read with the feature `exodus`; VTKHDF, CGNS and what XDMF has in HDF5 with `hdf5`;
+//! Exodus in HDF5 with both; TIFF with `tiff`; VTK files packed with LZMA with `lzma`. All are on
+//! by default.
 //!
 //! # Fields of meshes
 //! They have the file's names, also for components: `Velocity-magnitude`, `stress-XY`; a
@@ -63,14 +64,14 @@
 //! | a variable of Exodus in HDF5, and the cells | as points and cells of a packed mesh |
 //! | chunks of HDF5 that are held while a part is read | 16 MiB, and one chunk: 256 MiB, and 1 GiB + 64 n |
 //! | points and cells of a rectilinear grid, which three axes stand for | 1 GiB + 64 n |
-//! | samples of a packed grid, in the type in which they are stored | 1 GiB + 64 n, and 1032 n: deflate makes no more of a byte (of TIFF the first alone). What is more is refused. Five times that for a moment where samples become floats |
+//! | samples of a packed grid, in the type in which they are stored | 1 GiB + 64 n, and 1032 n: deflate makes no more of a byte; 2560 n of LZW, 7100 n of LZMA. What is more is refused. Five times that for a moment where samples become floats |
 //! | a scene, a collection or list of files, a header of a grid | 1 MiB, 4 MiB, 1 MiB: what is longer is none |
 //!
 //! A file that names others (`.mhd`, `.nhdr`, `.pvd`, `.series`, `.pvtu`, `.pvti` and the like, `.vtm`, `.xdmf`) names each once, `.xdmf` as often as it likes, and in its own
 //! folder or below: `..` and absolute names are refused. HDF5 files name no others: what is in
-//! other files is refused. Arrays of a VTK file may not all lie at one place. Tests and
-//! `cargo xtask fuzz` hold the readers to this; of Gmsh, Exodus, VTKHDF, XDMF, CGNS, TIFF, NumPy, MRC, `.pvtu`,
-//! `.vtm`, `.vts`, `.vtr` and polyhedra it is only argued, from the code.
+//! other files is refused. Arrays of a VTK file may not all lie at one place, and neither arrays
+//! of an `.npz` nor strips and directories of a TIFF may overlap. Tests hold every reader to this,
+//! and so does `cargo xtask fuzz`, but of XDMF and HDF5 files, for which it is argued from the code.
 //!
 //! # A file in, a file out
 //! ```

@@ -3,7 +3,7 @@
 //!
 //! *VTK XML Formats*, the VTK documentation. Read are all four encodings
 //! (appended raw, which ParaView writes by default, appended base64, inline
-//! base64, ASCII), uncompressed or compressed with zlib or LZ4, with 32- and
+//! base64, ASCII), uncompressed or compressed with zlib, LZ4 or LZMA (feature `lzma`, on by default), with 32- and
 //! 64-bit headers, in both byte orders and with numbers of any type. Pieces
 //! become one mesh and keep their own points. Cells that `vtkGhostType` marks as
 //! duplicate or hidden, or that touch a hidden point, are left out. Of several
@@ -47,6 +47,8 @@ mod listed;
 mod stored;
 pub(crate) mod structured;
 mod write;
+#[cfg(feature = "lzma")]
+mod xz;
 
 use std::sync::Arc;
 

@@ -187,6 +187,12 @@ pub(super) fn vti() -> Vec<Seed> {
     appended.extend(144u32.to_le_bytes());
     appended.extend(bytes_of(36, |v| (v as f32).to_le_bytes()));
     appended.extend(b"</AppendedData></VTKFile>\n");
+    // One block for 24 samples.
+    let xz = include_bytes!("../../../crates/io/tests/fixtures/cells.xz");
+    let header = [1, 24, 0, xz.len() as u32].map(u32::to_le_bytes).concat();
+    let lzma = inline(" compressor=\"vtkLZMADataCompressor\"");
+    let lzma = lzma.replace(EXTENT, "0 1 0 2 0 3");
+    let lzma = lzma.replace(&zeros, &(BASE64.encode(header) + &BASE64.encode(xz)));
     let zlib = inline(" compressor=\"vtkZLibDataCompressor\"");
     let lz4 = inline(" compressor=\"vtkLZ4DataCompressor\"");
     vec![
@@ -196,6 +202,7 @@ pub(super) fn vti() -> Vec<Seed> {
         Seed::single("grid.vti", arrays(&zlib, Some(Compressor::Zlib))),
         Seed::single("grid.vti", arrays(&lz4, Some(Compressor::Lz4))),
         Seed::single("grid.vti", vec![Part::plain(appended)]),
+        Seed::single("grid.vti", vec![Part::plain(lzma)]),
     ]
 }
 

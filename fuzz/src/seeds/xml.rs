@@ -42,6 +42,13 @@ pub(super) const LIST_WORDS: &[&str] = &[
     "PUnstructuredGrid",
     "vtkMultiBlockDataSet",
     "vtkHierarchicalBoxDataSet",
+    "<Piece Extent=\"0 1 0 1 0 1\" Source=\"a.vti\"/>",
+    "<Piece Extent=\"1 2 0 1 0 1\" Source=\"b.vti\"/>",
+    "<PImageData WholeExtent=\"0 2 0 1 0 1\">",
+    "PImageData",
+    "PStructuredGrid",
+    "PRectilinearGrid",
+    "WholeExtent=\"0 2 0 1 0 1\"",
     "&#97;.vtu",
     "../a.vtu",
     "./",
@@ -155,6 +162,63 @@ pub(super) fn pieces() -> Vec<Seed> {
     let body = " GhostLevel=\"1\"><PPointData><PDataArray type=\"Float64\" Name=\"s\"/>\
                 </PPointData><Piece Source=\"a.vtu\"/><Piece Source=\"b.vtu\"/>";
     listed("mesh.pvtu", file("PUnstructuredGrid", "0.1", body))
+}
+
+/// The kinds of grids whose pieces have extents.
+const EXTENTS: [&str; 3] = ["ImageData", "StructuredGrid", "RectilinearGrid"];
+
+/// A piece of two samples along each axis, the first or the second along x.
+fn piece_of(kind: &str, second: bool) -> Vec<u8> {
+    let (extent, x) = match second {
+        false => ("0 1 0 1 0 1", "0 1"),
+        true => ("1 2 0 1 0 1", "1 2"),
+    };
+    let place = match kind {
+        "ImageData" => String::new(),
+        "StructuredGrid" => points(&match second {
+            false => CORNERS.to_owned(),
+            true => "1 0 0 2 0 0 1 1 0 2 1 0 1 0 1 2 0 1 1 1 1 2 1 1".to_owned(),
+        }),
+        _ => format!(
+            "<Coordinates>{}{}{}</Coordinates>",
+            array("Float64", "x", x),
+            array("Float64", "y", "0 1"),
+            array("Float64", "z", "0 1"),
+        ),
+    };
+    let body = format!(
+        " WholeExtent=\"{extent}\"><Piece Extent=\"{extent}\"><PointData>{}</PointData>\
+         {place}</Piece>",
+        array("Float32", "s", "0 1 2 3 4 5 6 7"),
+    );
+    file(kind, "0.1", &body).into_bytes()
+}
+
+/// Names of second pieces, in the order of [`EXTENTS`].
+const SECOND: [&str; 3] = ["b.vti", "b.vts", "b.vtr"];
+
+pub(super) fn second_pieces() -> [(&'static str, Vec<u8>); 3] {
+    [0, 1, 2].map(|i| (SECOND[i], piece_of(EXTENTS[i], true)))
+}
+
+/// Lists of two pieces, the first of which an input may change; it is always called `a.vti`.
+pub(super) fn extents() -> Vec<Seed> {
+    let seed = |(kind, second): (&str, &'static str)| {
+        let list_kind = format!("P{kind}");
+        let body = format!(
+            " WholeExtent=\"0 2 0 1 0 1\" GhostLevel=\"0\"><PPointData>\
+             <PDataArray type=\"Float32\" Name=\"s\"/></PPointData>\
+             <Piece Extent=\"0 1 0 1 0 1\" Source=\"a.vti\"/>\
+             <Piece Extent=\"1 2 0 1 0 1\" Source=\"{second}\"/>"
+        );
+        let list = file(&list_kind, "0.1", &body);
+        Seed::of(vec![
+            ("grid.pvti", vec![Part::plain(list)]),
+            ("a.vti", vec![Part::plain(piece_of(kind, false))]),
+            (second, vec![Part::plain(piece_of(kind, true))]),
+        ])
+    };
+    EXTENTS.into_iter().zip(SECOND).map(seed).collect()
 }
 
 /// Two blocks, nested.

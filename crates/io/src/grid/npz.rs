@@ -1,7 +1,8 @@
 //! Archives of NumPy arrays, `.npz`: a zip file of `.npy` files, stored or deflated.
 //!
 //! Each array of three axes or more is a field, or several; see [`npy`] for the order of axes.
-//! Checksums are not compared, so that arrays that are stored can stay in the file.
+//! Checksums are not compared, so that arrays that are stored can stay in the file. Arrays whose
+//! bytes overlap are refused.
 //!
 //! The directory is read by `rawzip`: it has no dependencies and no unsafe code, says where
 //! a member's bytes stand, and leaves the unpacking to us; `zip` brings its own way to unpack
@@ -68,8 +69,7 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<GridData, Error
             left_out.push(format!("'{}' of shape {:?}", member.name, header.shape));
             continue;
         }
-        // So that no bytes of other members are read, and members that share their bytes give no
-        // more than one.
+        // So that no bytes of other members are read.
         let needed = header.bytes().unwrap_or(u64::MAX);
         if needed > member.length {
             return Err(wrong(
@@ -174,6 +174,13 @@ fn members(path: &Path) -> Result<Vec<Member>, Error> {
             end,
             length,
         });
+    }
+    // Else a few bytes would be the samples of many arrays.
+    let mut places: Vec<&Member> = members.iter().collect();
+    places.sort_by_key(|member| (member.start, member.end));
+    if let Some(pair) = places.windows(2).find(|pair| pair[1].start < pair[0].end) {
+        let what = format!("'{}' overlaps '{}'", pair[1].name, pair[0].name);
+        return Err(refuse(what));
     }
     Ok(members)
 }

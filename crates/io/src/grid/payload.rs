@@ -42,7 +42,7 @@ pub(crate) struct Payload {
 }
 
 /// What a byte of deflated data grows to at most: 258 bytes in 2 bits.
-const DEFLATE: u64 = 1032;
+pub(crate) const DEFLATE: u64 = 1032;
 
 /// The most bytes that a packed file of `length` bytes may hold.
 ///

@@ -11,6 +11,7 @@
 //! resolutions in dots per inch say how a page is printed.
 //!
 //! Pages that stand in the file one behind the other and are not compressed can stay there.
+//! Strips or tiles that overlap are refused, and so are samples that their bytes cannot hold.
 
 mod stack;
 
@@ -28,13 +29,23 @@ use tiff::{ColorType, TiffError};
 
 use self::stack::{PageAxis, Stack};
 use super::number::{Number, Numbers};
-use super::payload::{Encoding, Payload, UNPACK, most_unpacked};
+use super::payload::{DEFLATE, Encoding, Payload, UNPACK, most_unpacked};
 use super::{Description, Entries, Extra, GridData, MOST_FILES};
 use crate::ReadOptions;
 use crate::source::{Endian, Source, count, open_file};
 
 /// Bytes that a page's tiles may have beyond the page.
 const MOST_PADDING: u64 = 1 << 26;
+
+/// The version of BigTIFF.
+const BIG: u16 = 43;
+
+/// What a byte of LZW grows to at most: a code of 12 bits stands for up to 3838 bytes, as each
+/// of the 4096 codes but the first 258 is one longer than another.
+const LZW: u64 = 2560;
+
+/// What a byte of PackBits grows to at most: 128 bytes in two.
+const PACK_BITS: u64 = 64;
 
 /// Whether this is the beginning of a TIFF file.
 pub(crate) fn is_tiff(head: &[u8]) -> bool {
@@ -57,8 +68,9 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<GridData, Error
         Some(order) => order.clone(),
         None => (0..pages.len()).collect(),
     };
-    let numbers: Vec<usize> = order.iter().map(|i| pages[*i].index).collect();
     let kind = pages[0].kind;
+    file.check_packed(&kind, &pages, order.len())?;
+    let numbers: Vec<usize> = order.iter().map(|i| pages[*i].index).collect();
     description.read_from(path, &mut |length, parts| {
         file.decode(&kind, &numbers, length, parts)
     })
@@ -69,6 +81,8 @@ struct TiffFile {
     source: Source,
     decoder: Decoder<BufReader<File>>,
     length: u64,
+    /// Whether this is BigTIFF.
+    is_big: bool,
 }
 
 /// What pages of one stack have in common.
@@ -101,6 +115,10 @@ struct Page {
     kind: Kind,
     /// Where its bytes begin, if they stand there as they are.
     start: Option<u64>,
+    /// Bytes of its strips or tiles.
+    packed: u64,
+    /// The most bytes of samples that these hold.
+    most: u64,
 }
 
 impl TiffFile {
@@ -115,11 +133,15 @@ impl TiffFile {
         let of_file = usize::try_from(length.saturating_mul(32)).unwrap_or(usize::MAX);
         limits.decoding_buffer_size = limits.decoding_buffer_size.min(of_file);
         limits.intermediate_buffer_size = usize::try_from(length).unwrap_or(usize::MAX);
-        let decoder = Decoder::new(BufReader::new(file));
+        let refuse = |error: TiffError| refused(&source, 0, &error);
+        let decoder = Decoder::new(BufReader::new(file)).map_err(refuse)?;
+        let mut decoder = decoder.with_limits(limits);
+        let version = decoder
+            .goto_offset_u64(2)
+            .and_then(|()| decoder.read_short());
         Ok(TiffFile {
-            decoder: decoder
-                .map_err(|error| refused(&source, 0, &error))?
-                .with_limits(limits),
+            is_big: version.map_err(|error| refuse(error.into()))? == BIG,
+            decoder,
             source,
             length,
         })
@@ -128,10 +150,19 @@ impl TiffFile {
     /// The pages like the first.
     fn pages(&mut self, notes: &mut Vec<String>) -> Result<Vec<Page>, Error> {
         let mut pages: Vec<Page> = Vec::new();
-        let mut others = 0;
+        let (mut others, mut described) = (0, 0u64);
         for index in 0.. {
             if index == MOST_FILES {
                 let what = format!("more than {MOST_FILES} pages");
+                return Err(self.source.error(format!("page {index}"), what));
+            }
+            // Else a few bytes that many directories share would take long.
+            described = described.saturating_add(self.directory_bytes());
+            if described > self.length {
+                let what = format!(
+                    "directories of {described} bytes are in a file of {}: they overlap",
+                    self.length
+                );
                 return Err(self.source.error(format!("page {index}"), what));
             }
             let kind = self.kind(index);
@@ -139,7 +170,15 @@ impl TiffFile {
                 (Err(error), None) => return Err(error),
                 (Ok(kind), first) if first.is_none_or(|first| first.kind == kind) => {
                     let start = self.start(&kind);
-                    pages.push(Page { index, kind, start });
+                    let [_, lengths] = self.chunks();
+                    let packed = lengths.into_iter().fold(0, u64::saturating_add);
+                    pages.push(Page {
+                        index,
+                        kind,
+                        start,
+                        packed,
+                        most: packed.saturating_mul(self.growth()),
+                    });
                 }
                 _ => others += 1,
             }
@@ -211,6 +250,39 @@ impl TiffFile {
         Ok(kind)
     }
 
+    /// Offsets and lengths of the strips or tiles of the decoder's page.
+    fn chunks(&mut self) -> [Vec<u64>; 2] {
+        let tags = match self.decoder.get_chunk_type() {
+            ChunkType::Strip => [Tag::StripOffsets, Tag::StripByteCounts],
+            ChunkType::Tile => [Tag::TileOffsets, Tag::TileByteCounts],
+        };
+        tags.map(|tag| self.decoder.get_tag_u64_vec(tag).unwrap_or_default())
+    }
+
+    /// The fewest bytes of the decoder's page's directory, and of where its strips or tiles are.
+    fn directory_bytes(&mut self) -> u64 {
+        let place = self.decoder.ifd_pointer().map_or(0, |place| place.0);
+        let count = self.decoder.goto_offset_u64(place).and_then(|()| {
+            Ok(match self.is_big {
+                true => self.decoder.read_long8()?.saturating_mul(20),
+                false => u64::from(self.decoder.read_short()?) * 12,
+            })
+        });
+        let [offsets, _] = self.chunks();
+        count.unwrap_or(0).saturating_add(2 * offsets.len() as u64)
+    }
+
+    /// What a byte of the decoder's page grows to at most.
+    fn growth(&mut self) -> u64 {
+        let compression = self.decoder.find_tag_unsigned::<u32>(Tag::Compression);
+        match compression.ok().flatten().unwrap_or(1) {
+            1 => 1,
+            8 | 32946 => DEFLATE,
+            32773 => PACK_BITS,
+            _ => LZW,
+        }
+    }
+
     /// Where the numbers of the decoder's page begin, if they stand there as they are.
     fn start(&mut self, kind: &Kind) -> Option<u64> {
         let mut tag = |tag| self.decoder.find_tag_unsigned::<u16>(tag).ok();
@@ -220,8 +292,7 @@ impl TiffFile {
         if (compression, predictor, is_strips) != (1, 1, true) {
             return None;
         }
-        let offsets = self.decoder.get_tag_u64_vec(Tag::StripOffsets).ok()?;
-        let lengths = self.decoder.get_tag_u64_vec(Tag::StripByteCounts).ok()?;
+        let [offsets, lengths] = self.chunks();
         let start = *offsets.first()?;
         let mut end = start;
         for (offset, length) in offsets.into_iter().zip(lengths) {
@@ -375,6 +446,35 @@ impl TiffFile {
         DVec3::from_array(steps.map(|step| step.unwrap_or(1.0)))
     }
 
+    /// Refuses `count` of `pages` that hold more than their bytes in the file can.
+    fn check_packed(&self, kind: &Kind, pages: &[Page], count: usize) -> Result<(), Error> {
+        const DAMAGED: &str = "the file is truncated or damaged; copy or write it again";
+        let refuse = |what: String, help: &str| {
+            let error = self.source.error_with_help("the samples", what, help);
+            Err(error)
+        };
+        let sum = |part: fn(&Page) -> u64| pages.iter().map(part).fold(0, u64::saturating_add);
+        let (packed, most) = (sum(|page| page.packed), sum(|page| page.most));
+        let needed = kind.bytes().saturating_mul(count as u64);
+        let length = self.length;
+        if packed > length {
+            let what = format!(
+                "{packed} bytes of strips or tiles are in {length}: they overlap, or the file ends"
+            );
+            return refuse(what, DAMAGED);
+        }
+        if needed > most {
+            let what = format!("{packed} packed bytes cannot hold {needed} bytes of samples");
+            return refuse(what, DAMAGED);
+        }
+        if needed > most_unpacked(length) {
+            let what =
+                format!("{needed} bytes of samples are packed in {length}, which is refused");
+            return refuse(what, UNPACK);
+        }
+        Ok(())
+    }
+
     /// `parts` runs of `length` numbers each of the pages with these numbers, in order.
     fn decode(
         &mut self,
@@ -383,14 +483,6 @@ impl TiffFile {
         length: usize,
         parts: usize,
     ) -> Result<Vec<Numbers>, Error> {
-        let needed = kind.bytes().saturating_mul(pages.len() as u64);
-        if needed > most_unpacked(self.length) {
-            let what = format!(
-                "{needed} bytes of samples are packed in {}, which is refused",
-                self.length
-            );
-            return Err(self.source.error_with_help("the samples", what, UNPACK));
-        }
         let native = match cfg!(target_endian = "big") {
             true => Endian::Big,
             false => Endian::Little,

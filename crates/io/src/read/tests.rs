@@ -5,6 +5,8 @@ mod names;
 use std::fs;
 
 use super::*;
+#[cfg(feature = "lzma")]
+use crate::FieldSamples;
 
 fn read_named(name: &str, bytes: &[u8]) -> Error {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -34,7 +36,7 @@ fn unknown_files_are_refused_with_the_formats_that_are_read() {
     ] {
         let error = read_named(name, bytes);
         assert!(error.to_string().contains(words), "{name}: {error}");
-        assert_eq!(error.help().as_deref(), Some(in_words().as_str()));
+        assert_eq!(error.help().as_deref(), Some(&*in_words()));
     }
     let error = read_named("a.vtu", b"");
     assert!(error.to_string().contains("the file is empty"), "{error}");
@@ -180,15 +182,36 @@ fn every_linear_cell_is_read() {
     );
 }
 
+#[cfg(feature = "lzma")]
+#[test]
+fn blocks_of_lzma_are_read() {
+    assert_is_lattice("lzma.vtu", &fixture("lzma.vtu").expect("it is a mesh"));
+    // Two blocks, of which the first is larger than what is unpacked side by side.
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures");
+    let image = read_file(&folder.join("lzma.vti"), &ReadOptions::default());
+    let FileData::Grid(grid) = image.expect("it is an image") else {
+        panic!("it is no mesh");
+    };
+    assert_eq!(grid.fields[0].lattice.dims, [100, 80, 64]);
+    let FieldSamples::Loaded(samples) = &grid.fields[0].samples else {
+        panic!("it is small");
+    };
+    for i in 0..samples.len() {
+        let [x, y, z] = [i % 100, i / 100 % 80, i / 8000];
+        assert_eq!(samples.get(i), ((x + 2 * y + 3 * z) % 251) as f64, "{i}");
+    }
+}
+
 #[test]
 fn what_is_not_read_is_said() {
-    let lzma = fixture("lzma.vtu").expect_err("not read");
-    let words = "compression with vtkLZMADataCompressor is not read";
-    assert!(lzma.to_string().contains(words), "{lzma}");
-    assert_eq!(
-        lzma.help().as_deref(),
-        Some("save the file with zlib, LZ4 or no compression")
-    );
+    let bytes = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/ghosts.vtu"));
+    let mut text = String::from_utf8_lossy(&bytes.expect("a fixture")).into_owned();
+    text = text.replacen("vtkZLibDataCompressor", "vtkOtherCompressor", 1);
+    let error = read_bytes("a.vtu", text.into_bytes()).expect_err("not read");
+    let words = "compression with vtkOtherCompressor is not read";
+    assert!(error.to_string().contains(words), "{error}");
+    let help = "save the file with zlib, LZ4 or no compression";
+    assert_eq!(error.help().as_deref(), Some(help));
 }
 
 #[test]

@@ -10,6 +10,8 @@ use tetrascope_core::Error;
 
 use super::decode::{CHUNK, Sink};
 use super::document::Compressor;
+#[cfg(feature = "lzma")]
+use super::xz;
 use crate::source::room;
 
 /// Decompressed bytes of blocks that are worth the threads. VTK's blocks have 32 KiB.
@@ -104,6 +106,8 @@ impl<'a> Blocks<'a> {
                 matches!(end, Ok(Status::StreamEnd)) && inflate.total_out() == place.len() as u64
             }
             Compressor::Lz4 => fill_lz4(&block.compressed, place),
+            #[cfg(feature = "lzma")]
+            Compressor::Lzma => xz::fill(&block.compressed, place),
         };
         let pairs = blocks.par_iter().zip(places);
         let whole = pairs.map_init(|| Decompress::new(true), fill);
@@ -136,16 +140,22 @@ fn in_parts(compressor: &Compressor, block: &Block, sink: Sink) -> Result<bool, 
                 }
             }
         }
-        Compressor::Lz4 => {
-            let mut bytes = room(size)?;
-            bytes.resize(size, 0);
-            if !fill_lz4(&block.compressed, &mut bytes) {
-                return Ok(false);
-            }
-            sink(&bytes)?;
-            Ok(true)
-        }
+        Compressor::Lz4 => whole(fill_lz4, block, sink),
+        #[cfg(feature = "lzma")]
+        Compressor::Lzma => whole(xz::fill, block, sink),
     }
+}
+
+/// Calls `sink` with all bytes of a block, which `fill` writes to a place for them; false if it
+/// holds anything else than it must.
+fn whole(fill: fn(&[u8], &mut [u8]) -> bool, block: &Block, sink: Sink) -> Result<bool, Error> {
+    let mut bytes = room(block.size)?;
+    bytes.resize(block.size, 0);
+    if !fill(&block.compressed, &mut bytes) {
+        return Ok(false);
+    }
+    sink(&bytes)?;
+    Ok(true)
 }
 
 /// Whether a block holds just the bytes for a place, which it then fills.

@@ -21,6 +21,8 @@ pub(super) enum Compressor {
     None,
     Zlib,
     Lz4,
+    #[cfg(feature = "lzma")]
+    Lzma,
     /// Another, by name: it is refused where binary data are.
     Unknown(String),
 }
@@ -461,6 +463,8 @@ impl<'a> Parser<'a> {
             None | Some("") => Compressor::None,
             Some("vtkZLibDataCompressor") => Compressor::Zlib,
             Some("vtkLZ4DataCompressor") => Compressor::Lz4,
+            #[cfg(feature = "lzma")]
+            Some("vtkLZMADataCompressor") => Compressor::Lzma,
             // Text is not compressed, whatever the file says.
             Some(other) => Compressor::Unknown(other.into()),
         };

@@ -17,6 +17,9 @@ use tetrascope_core::Error;
 use crate::source::Source;
 use crate::vtu::attributes;
 
+/// So many times each plane may be named: the last one counts.
+const MOST_NAMED: usize = 16;
+
 /// The attributes of an element, by name in lower case.
 type Attributes = HashMap<String, String>;
 
@@ -273,6 +276,7 @@ fn planes_to_pages(
         return Ok((0..count).collect());
     }
     let mut table = vec![None; count];
+    let mut named = 0usize;
     for element in elements {
         let page = number(element, "ifd");
         let planes = number(element, "planecount");
@@ -292,6 +296,10 @@ fn planes_to_pages(
             }
             plane += first * step;
             step *= size;
+        }
+        named = named.saturating_add(planes.min(count));
+        if named / MOST_NAMED > count {
+            return Err("<TiffData> elements name the same planes again and again".into());
         }
         let pages_of = (page.unwrap_or(0)..pages).take(planes);
         for (place, page) in table[plane..].iter_mut().zip(pages_of) {
