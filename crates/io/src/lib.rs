@@ -105,6 +105,8 @@ mod appended;
 #[cfg(feature = "hdf5")]
 pub mod cgns;
 pub mod collection;
+#[cfg(test)]
+mod damage;
 #[cfg(feature = "exodus")]
 pub mod exodus;
 mod fields;

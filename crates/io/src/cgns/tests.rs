@@ -1,6 +1,5 @@
-use std::path::Path;
-
 use super::*;
+use crate::damage::{check_changed, check_cut_off};
 use crate::hdf5::tests::{Files, bytes, fixtures};
 use crate::read::{FileData, ReadOptions, read_file, read_mesh};
 use crate::read_steps;
@@ -197,59 +196,16 @@ fn adf_files_are_refused_with_a_way_out() {
 
 const SMALL: [&str; 4] = ["lattice.cgns", "mixed.cgns", "ngon.cgns", "structured.cgns"];
 
-fn read_all(path: &Path) -> Result<(), Error> {
-    read_steps(path)?;
-    let data = read_mesh(path, &ReadOptions::default())?;
-    for field in 0..data.fields.len() {
-        data.scalars(field)?;
-    }
-    data.into_mesh(None).map(drop)
-}
-
-fn check(path: &Path) {
-    let Err(error) = read_all(path) else { return };
-    let words = error.to_string();
-    assert_eq!(words.lines().count(), 1, "{words}");
-    assert!(words.len() < 700, "{words}");
-}
-
 #[test]
 fn a_file_that_is_cut_off_is_an_error() {
-    let files = Files::of(&[]);
     for name in SMALL {
-        let whole = bytes(name);
-        let path = files.put(name, &whole);
-        read_all(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
-        for length in (1..whole.len()).step_by(389) {
-            files.put(name, &whole[..length]);
-            assert!(read_all(&path).is_err(), "{name}: {length}");
-            check(&path);
-        }
+        check_cut_off(name, &bytes(name), 389);
     }
 }
 
 #[test]
 fn changed_bytes_do_no_harm() {
-    let files = Files::of(&[]);
-    // A linear congruential generator, so that each run changes the same.
-    let mut state = 1_u64;
-    let mut random = move |most: usize| {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 33) as usize % most
-    };
     for name in SMALL {
-        let whole = bytes(name);
-        // Most of a small file is room for more: change what is there.
-        let used: Vec<usize> = (0..whole.len()).filter(|&at| whole[at] != 0).collect();
-        for _ in 0..300 {
-            let mut changed = whole.clone();
-            for _ in 0..=random(3) {
-                let at = used[random(used.len())];
-                changed[at] = [0, 1, 0x7f, 0xff, random(256) as u8][random(5)];
-            }
-            check(&files.put(name, &changed));
-        }
+        check_changed(name, &bytes(name));
     }
 }

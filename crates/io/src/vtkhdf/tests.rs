@@ -1,5 +1,3 @@
-use std::path::Path;
-
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::Interpolation;
 use tetrascope_core::mesh::Association;

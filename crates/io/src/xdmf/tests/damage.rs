@@ -1,6 +1,7 @@
 //! Files that are cut off, changed, or say what cannot be.
 
 use super::*;
+use crate::damage::read_all;
 
 /// A tetrahedron with a field.
 const WHOLE: &str = r#"<Xdmf Version="3.0"><Domain><Grid Name="a"><Topology TopologyType="Tetrahedron" NumberOfElements="1">
@@ -13,19 +14,6 @@ fn read_text(text: &[u8]) -> Result<(), Error> {
     let path = folder.path().join("a.xdmf");
     fs::write(&path, text).expect("written");
     read_all(&path)
-}
-
-fn read_all(path: &Path) -> Result<(), Error> {
-    read_steps(path)?;
-    match read_file(path, &ReadOptions::default())? {
-        FileData::Mesh(data) => {
-            for field in 0..data.fields.len() {
-                data.scalars(field)?;
-            }
-            data.into_mesh(None).map(drop)
-        }
-        FileData::Grid(data) => data.into_volume(None).map(drop),
-    }
 }
 
 fn words(error: &Error) -> String {
