@@ -22,7 +22,7 @@ pub(crate) const BLOCK: usize = 1 << 18;
 /// Digits that suffice for any offset.
 const DIGITS: usize = 20;
 
-/// What writes the bytes of an array.
+/// A function that writes the bytes of an array.
 type Content<'a> = Box<dyn FnOnce(&mut dyn Write) -> io::Result<()> + 'a>;
 
 /// A file's arrays, whose elements come first and whose bytes come last.
@@ -122,7 +122,7 @@ fn write_compressed(out: &mut (impl Write + Seek), bytes: u64, content: Content)
 /// Compresses what is written to it, block by block.
 struct Blocks<'a, W> {
     out: &'a mut W,
-    /// What is not compressed yet.
+    /// The bytes of the block that is not full yet.
     block: Vec<u8>,
     /// How long each block has become, as a file has it.
     lengths: Vec<u8>,

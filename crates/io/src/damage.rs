@@ -1,4 +1,4 @@
-//! What tests of readers do with files that are cut off or changed.
+//! Tests of readers share these checks of files that are cut off or changed.
 
 use std::fs;
 use std::path::Path;

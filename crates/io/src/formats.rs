@@ -1,14 +1,14 @@
-//! Which formats are read and written, and how far.
+//! The formats that are read and written, and how much of each.
 
 /// A format of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileFormat {
-    /// What it is called.
+    /// Its name, for people.
     pub name: &'static str,
     /// The extensions of its files, in lower case. A file is told by its first bytes before its
     /// extension.
     pub extensions: &'static [&'static str],
-    /// What its files hold.
+    /// Whether its files hold meshes, grids or either.
     pub holds: Holds,
     /// Whether it is written, too.
     pub is_written: bool,
@@ -21,11 +21,11 @@ pub struct FileFormat {
     pub feature: Option<&'static str>,
     /// Whether that feature is on, or none is needed.
     pub is_read: bool,
-    /// What is read of it, and what is not.
+    /// The parts of the format that are read, and those that are not.
     pub limits: &'static str,
 }
 
-/// What files hold.
+/// The kinds of data that files hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
     /// Unstructured meshes.

@@ -29,7 +29,7 @@ impl Node {
         &self.group.file.path
     }
 
-    /// Of the file, in bytes.
+    /// The length of the file, bytes.
     pub(super) fn length(&self) -> u64 {
         self.group.file.length
     }

@@ -32,7 +32,7 @@ fn weighed(values: impl IntoIterator<Item = f64>) -> f64 {
         .sum()
 }
 
-/// What vtkCGNSReader says of the zones of a file.
+/// The numbers that vtkCGNSReader gives for each zone of a file.
 fn expected(name: &str) -> Vec<serde_json::Value> {
     let text = std::fs::read(fixtures().join("cgns/expected.json")).expect("expected.json");
     let all: serde_json::Value = serde_json::from_slice(&text).expect("JSON");

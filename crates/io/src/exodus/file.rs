@@ -14,7 +14,7 @@ use crate::source::{Source, format_error};
 /// A netCDF file: in memory, if it is classic.
 pub(super) struct File {
     pub(super) path: PathBuf,
-    /// Of the file, in bytes.
+    /// The length of the file, bytes.
     pub(super) length: u64,
     /// The most bytes that its cells, or one of its variables at a time, may take.
     pub(super) most_bytes: u64,

@@ -57,7 +57,7 @@ pub(crate) struct Place<'a> {
     /// Where its magic is, in bytes.
     pub(crate) start: u64,
     pub(crate) encoding: Encoding,
-    /// What it is called.
+    /// The name of the array, for its field.
     pub(crate) name: &'a str,
 }
 

@@ -1,4 +1,4 @@
-//! What `convert` writes.
+//! The files that `convert` writes.
 
 use super::program::Folder;
 use super::resampling::cube;
@@ -22,8 +22,8 @@ fn a_mesh_keeps_its_cells_and_fields() {
             assert_eq!(before[key], after[key], "{key}");
         }
     }
-    let sizes = [[""; 1], ["--compress"; 1]].map(|options| {
-        let line = format!("convert sphere --cells 5000 -o out.vtu {}", options[0]);
+    let sizes = ["", "--compress"].map(|option| {
+        let line = format!("convert sphere --cells 5000 -o out.vtu {option}");
         assert_eq!(folder.run(&line).code, 0);
         folder.read("out.vtu").len()
     });

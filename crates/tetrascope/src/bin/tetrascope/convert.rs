@@ -51,7 +51,7 @@ pub(crate) fn run(args: &ConvertArgs, output: &Output) -> Result<(), Stop> {
     }))
 }
 
-/// What a file has, and what was found out on the way to it or is not in it.
+/// The fields of a file that was written, and notes on the way to it and on what it lacks.
 struct Written {
     fields: Vec<String>,
     notes: Vec<String>,
