@@ -23,6 +23,7 @@ Usage: cargo xtask COMMAND [ARGUMENT]...
   bench      benchmarks of another revision and of the working tree in turn: --against REV
   machine    simulate the machine of voxels; what bounds it, in target/machine
   figures    draw figures 3 to 6 of the paper on voxels again, in snapshots/voxel-hw
+  gallery    draw the pictures of real data in docs/gallery again, and their page
   fuzz       fuzz what reads files, guided by coverage: --seconds N, in target/fuzz
   snapshots  reviewed pictures and texts: check, report, bless, dead
 

@@ -6,7 +6,8 @@ use clap::{Parser, Subcommand};
 use tetrascope::core::{Error, ErrorKind};
 use xtask::output::print;
 use xtask::{
-    bench, compare, dashboard, fuzz, rays, setup, snapshots, stability, sweep, voxel_figures,
+    bench, compare, dashboard, fuzz, gallery, rays, setup, snapshots, stability, sweep,
+    voxel_figures,
 };
 
 /// The harness of Tetrascope
@@ -44,6 +45,8 @@ enum Task {
     Machine(sweep::Options),
     /// Draw figures 3 to 6 of Prakash and Manohar's paper again
     Figures(voxel_figures::Options),
+    /// Draw the pictures of real data in docs/gallery again, and the page that shows them
+    Gallery(gallery::Options),
     /// Draw a scene once and print the most memory that this took
     #[command(name = compare::peak::COMMAND, hide = true)]
     Peak { algorithm: String, setting: String },
@@ -94,6 +97,7 @@ fn main() -> ExitCode {
         Task::Stability(options) => finish(stability::run(&options).map(status)),
         Task::Rays(options) => finish(rays::run(&options).map(status)),
         Task::Figures(options) => finish(voxel_figures::run(&options).map(|()| ExitCode::SUCCESS)),
+        Task::Gallery(options) => finish(gallery::run(&options).map(|()| ExitCode::SUCCESS)),
         Task::Fuzz(options) => finish(fuzz::run(&options).map(status)),
         Task::Snapshots(options) => finish(snapshots::run(&options).map(status)),
         Task::Bless => finish(snapshots::bless().map(|()| ExitCode::SUCCESS)),

@@ -73,3 +73,13 @@ pub use context::{Context, Progress};
 pub use help::help;
 pub use renderer::Renderer;
 pub use tetrascope_core::{Entry, Promise, Setting, Settings, Values};
+
+/// The program in the README is compiled as a test.
+#[cfg(all(doctest, feature = "raycast-peel"))]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
+
+/// The algorithm in the guide is compiled as a test, and run.
+#[cfg(all(doctest, feature = "reference"))]
+#[doc = include_str!("../../../docs/adding-an-algorithm.md")]
+struct AddingAnAlgorithm;
