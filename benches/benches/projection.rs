@@ -2,7 +2,7 @@
 //! `projection/tables/sphere/149k cells/twelve-floats`.
 //!
 //! Frames are drawn as theirs were: emission, unsorted, parallel rays, ray parameters at
-//! vertices, in each layout of cells. Megabytes a second are bytes a cell times cells a
+//! vertices, in each layout of cells. Megabytes per second are bytes per cell times cells per
 //! second, as in the paper.
 
 use std::hint::black_box;
@@ -13,7 +13,7 @@ use tetrascope::core::{OpticalModel, Projection, View, Volume, VolumeRenderer};
 use tetrascope::scene::{Scene, SceneFile, VolumeSource};
 use tetrascope::{Algorithm, Context, Renderer, Settings, volumes};
 
-/// Pixels a side of the tables' frames; the paper does not give its own.
+/// Pixels per side of the tables' frames; the paper does not give its own.
 const SIDE: u32 = 256;
 
 const LAYOUTS: [&str; 3] = ["twelve-floats", "twelve-shorts", "shared-vertices"];

@@ -27,10 +27,10 @@ use tetrascope::raycast_peel::{
 use tetrascope_benches::results::keep;
 use tetrascope_testing::{angular_sector, blunt_fin, data_set, liquid_oxygen_post, mesh_data};
 
-/// Pixels a side of the tables, whose paper has 512, and of growth.
+/// Pixels per side of the tables, whose paper has 512, and of growth.
 const SIDE: u32 = 256;
 
-/// Pixels a side where tiles are compared.
+/// Pixels per side where tiles are compared.
 const TILED_SIDE: u32 = 512;
 
 /// Rounds end when this is used up, after the first.

@@ -1,5 +1,5 @@
 //! Figures 4 and 5 of Rezk Salama and Kolb, and what moving to the vertex stage gains:
-//! `slicing/figure 4/aneurism/hides a third/16`, where 16 is the number of boxes an axis.
+//! `slicing/figure 4/aneurism/hides a third/16`, where 16 is the number of boxes per axis.
 //!
 //! Slices are shaded as published: post-classification, filtered by the texture unit; of
 //! figure 5 also lit by gradients on the fly. `cargo xtask compare` draws the figures from
@@ -28,7 +28,7 @@ use tetrascope::slicing::{
     Filtering, Integration, Level, Shading, Slicer, Slicing, SlicingOptions, Traversal,
 };
 
-/// Pixels a side, unless `TETRASCOPE_SIDE` says otherwise.
+/// Pixels per side, unless `TETRASCOPE_SIDE` says otherwise.
 const SIDE: u32 = 64;
 
 fn side() -> u32 {
@@ -104,7 +104,7 @@ fn view(volume: &Volume) -> View {
     }
 }
 
-/// Slices as published, one a sample.
+/// Slices as published, one per sample.
 fn published(level: Level, shading: Shading) -> SlicingOptions {
     SlicingOptions {
         slices_per_voxel: 1.0,

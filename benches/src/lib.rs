@@ -19,13 +19,13 @@ pub fn gpu<'a>(context: &'a Context, bench: &str) -> Option<&'a Gpu> {
 pub struct Case {
     /// "sphere/149k cells".
     pub name: String,
-    /// What is drawn.
+    /// The volume that is drawn.
     pub volume: Volume,
     /// How and from where.
     pub scene: Scene,
 }
 
-/// Pixels a side.
+/// Pixels per side.
 const SIDE: u32 = 256;
 
 /// The data sets of the papers, at the papers' sizes.

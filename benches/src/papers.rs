@@ -1,4 +1,4 @@
-//! What the papers print of their own measurements, and which benchmarks measure the same here.
+//! Numbers that the papers print of their own measurements, and the benchmarks that measure the same here.
 //!
 //! Numbers are as printed, with the paper's units; nothing is read off a diagram.
 
@@ -13,7 +13,7 @@ pub struct Paper {
     pub name: &'static str,
     /// Tables and figures with numbers.
     pub tables: Vec<Table>,
-    /// What the paper does not print, and what stands for it.
+    /// A note on what the paper does not print, and on what stands for it.
     pub note: &'static str,
 }
 
@@ -26,7 +26,7 @@ pub struct Table {
     pub about: &'static str,
     /// The paper's hardware.
     pub hardware: &'static str,
-    /// What differs here.
+    /// A note on what differs here.
     pub note: &'static str,
     /// One for each number of a row.
     pub columns: Vec<Column>,
@@ -41,7 +41,7 @@ pub struct Column {
     pub name: &'static str,
     /// How criterion's time becomes such a number.
     pub quantity: Quantity,
-    /// What follows a row's [`Row::bench`] in a benchmark's id, after the size: "twelve-floats".
+    /// The end of a benchmark's id, behind a row's [`Row::bench`] and the size: "twelve-floats".
     /// Empty for all that there is: then the number is a range.
     pub function: &'static str,
 }

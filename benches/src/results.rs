@@ -35,7 +35,7 @@ pub fn keep(id: &str, value: f64) {
     written.unwrap_or_else(|error| panic!("cannot write {}: {error}", path.display()));
 }
 
-/// What was kept in criterion's folder, by id; none where nothing was.
+/// The results kept in criterion's folder, by id; none where nothing was kept.
 pub fn kept(folder: &Path) -> BTreeMap<String, f64> {
     let text = std::fs::read_to_string(folder.join(COUNTED)).unwrap_or_default();
     let pairs = text.lines().filter_map(|line| line.split_once('\t'));

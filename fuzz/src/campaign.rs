@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use crate::MEMORY;
 use crate::worker::Work;
 
-/// What is to be done.
+/// The plan of a campaign.
 #[derive(Clone, Copy)]
 pub(crate) struct Plan {
     pub(crate) seed: u64,
@@ -25,7 +25,7 @@ pub(crate) struct Plan {
     pub(crate) self_test: bool,
 }
 
-/// What went wrong with an input.
+/// A fault that an input has shown.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Finding {
     pub(crate) index: u64,

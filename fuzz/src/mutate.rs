@@ -58,7 +58,7 @@ impl Input {
 struct Mutation<'a> {
     random: &'a mut Random,
     words: &'a [&'static str],
-    /// Of the same kind, to splice from.
+    /// Seeds of the same kind, to splice from.
     seeds: &'a [Seed],
 }
 

@@ -1,4 +1,4 @@
-//! What is done with an input: all that `info`, `print-scene` and the beginning of `render` do.
+//! The use of an input: all that `info`, `print-scene` and the beginning of `render` do.
 
 use std::path::Path;
 

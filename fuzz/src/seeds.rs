@@ -33,7 +33,7 @@ pub(crate) struct Seed {
     pub(crate) entry: Entry,
 }
 
-/// What is done with the first file.
+/// The use of the first file.
 #[derive(Clone)]
 pub(crate) enum Entry {
     /// Loaded as a volume; the source says more than its name for raw files.

@@ -19,7 +19,7 @@ use crate::{MEMORY, allowed};
 /// Where the panic that is being caught began.
 static PANIC: Mutex<String> = Mutex::new(String::new());
 
-/// What is read, and how.
+/// The inputs that are read, and how.
 pub(crate) struct Work {
     pub(crate) seed: u64,
     pub(crate) inputs: Range<u64>,

@@ -15,7 +15,7 @@ pub struct Member<'a> {
     pub is_deflated: bool,
 }
 
-/// What the directory says of a member.
+/// A member's entry in the directory.
 pub struct Entry {
     /// 0 stored, 8 deflated.
     pub method: u16,
@@ -65,7 +65,7 @@ pub fn zip(members: &[Member], mut lie: impl FnMut(usize, &mut Entry)) -> Vec<u8
     archive
 }
 
-/// What a member's header and its entry have in common: from the flags to the extra length.
+/// The bytes that a member's header and its entry have in common: from the flags to the extra length.
 fn common(entry: &Entry, name: &str) -> Vec<u8> {
     let mut bytes = vec![0; 2]; // flags
     bytes.extend(entry.method.to_le_bytes());

@@ -17,7 +17,7 @@ macro_rules! assert_layout {
     };
 }
 
-/// What [`assert_layout!`] calls.
+/// The check that [`assert_layout!`] calls.
 ///
 /// # Panics
 /// If the program is invalid, has no such struct, or lays it out differently.

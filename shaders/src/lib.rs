@@ -133,7 +133,7 @@ pub mod sort {
     pub const SCATTER: &str = program!("sort/digits.wgsl", "sort/scatter.wgsl");
 }
 
-/// What a volume's parts added up to, `canvas` of `tetrascope-gpu`.
+/// The sum of a volume's parts, `canvas` of `tetrascope-gpu`.
 pub mod gather {
     /// Puts the sum over the background.
     pub const RESOLVE: &str = program!("common/optics_model.wgsl", "gather/resolve.wgsl");
@@ -207,9 +207,9 @@ pub mod projection {
     pub const SURFACE: &str = cell_program!("common/surfaces.wgsl", "projection/surface.wgsl");
     /// Pass 3 by ray parameters at vertices: faces of shared vertices.
     pub const FACES_SHARED: &str = face_program!("projection/faces_shared.wgsl");
-    /// Pass 3 by ray parameters at vertices: twelve vertices a cell.
+    /// Pass 3 by ray parameters at vertices: twelve vertices per cell.
     pub const FACES_FLOATS: &str = face_program!("projection/faces_floats.wgsl");
-    /// Pass 3 by ray parameters at vertices: twelve vertices a cell, in 16 bits.
+    /// Pass 3 by ray parameters at vertices: twelve vertices per cell, in 16 bits.
     pub const FACES_SHORTS: &str = face_program!("projection/faces_shorts.wgsl");
     /// Pass 3, sorted in each pixel: draw the cells and list what each adds.
     pub const FILL: &str = cell_program!("projection/fragments.wgsl", "projection/fill.wgsl");
@@ -463,7 +463,7 @@ pub mod mesh_slices {
         "resample/triangles.wgsl",
         "mesh_slices/view_elements.wgsl",
     );
-    /// What their cross sections with a plane add to a picture.
+    /// The light that their cross sections with a plane add to a picture.
     pub const MESH_SLICE: &str = program!(
         "common/look.wgsl",
         "common/ends.wgsl",
@@ -483,7 +483,7 @@ pub mod stacks {
     pub const TURN_VALUES: &str = program!("stacks/values.wgsl", "stacks/turn.wgsl");
     /// The same for samples with coverage.
     pub const TURN_COVERED: &str = program!("stacks/covered.wgsl", "stacks/turn.wgsl");
-    /// What a layer, or the slab behind it, adds to a picture.
+    /// The light that a layer, or the slab behind it, adds to a picture.
     pub const RECTANGLE: &str = program!(
         "common/look.wgsl",
         "common/ends.wgsl",

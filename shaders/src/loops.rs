@@ -27,7 +27,7 @@ pub struct Loop {
     pub function: &'static str,
     /// How often it is passed each time that it is come to.
     pub passes: Passes,
-    /// What bounds it.
+    /// The number that bounds it.
     pub bound: &'static str,
 }
 

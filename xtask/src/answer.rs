@@ -66,7 +66,7 @@ impl Answer {
     }
 }
 
-/// What a need comes to in one scene and model, as it was measured.
+/// The winner for a need in one scene and model, as it was measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Winner {
     /// Scene and optical model.
@@ -132,7 +132,7 @@ impl Winner {
     }
 }
 
-/// What was compared in a model, each with its wall time in milliseconds.
+/// The settings that were compared in a model, each with its wall time in milliseconds.
 fn choices(model: &ModelReport) -> Vec<(Choice, f64)> {
     let rows = model.rows.iter().filter_map(|row| {
         let Outcome::Drawn(drawn) = &row.outcome else {

@@ -127,7 +127,7 @@ fn run_until(interrupted: &AtomicUsize, options: &Options) -> Result<bool, Error
     Ok(!comparisons.iter().any(Comparison::is_slower))
 }
 
-/// What `cargo --message-format=json` says of something built.
+/// A message of `cargo --message-format=json` about something built.
 #[derive(Deserialize)]
 struct Message {
     reason: String,

@@ -5,7 +5,7 @@
 //! 3. Frames are drawn in turn, so that what slows the machine slows all alike.
 //! 4. `judge` compares errors with what was promised, and the report is written.
 //!
-//! What is done of a run is kept in `parts`, from which the same run goes on if it was interrupted.
+//! Finished parts of a run are kept in `parts`, from which the same run goes on if it was interrupted.
 
 mod contender;
 mod judge;
@@ -179,7 +179,7 @@ pub fn run(options: &Options) -> Result<bool, Error> {
     Ok(report.passed())
 }
 
-/// What drawing a scene needs.
+/// Things that drawing a scene needs.
 struct Session<'a> {
     context: &'a Context,
     plan: &'a plan::Plan,

@@ -109,7 +109,7 @@ fn measure(filter: Option<&str>) -> Result<(), Error> {
     }
 }
 
-/// What was measured before a time, and what since.
+/// The measurements before a time, and those since.
 fn around(all: &[Measurement], time: Option<SystemTime>) -> [Vec<Measurement>; 2] {
     let is_before = |m: &&Measurement| time.is_some_and(|time| m.measured < time);
     let (before, since): (Vec<_>, Vec<_>) = all.iter().partition(is_before);

@@ -73,7 +73,7 @@ impl Diagrams {
     }
 }
 
-/// What a row drew and its RMSE against the truth.
+/// The picture of a row, and its RMSE against the truth.
 fn compared(row: &crate::report::Row) -> Option<(&Drawn, f64)> {
     match &row.outcome {
         Outcome::Drawn(drawn) => Some((drawn, drawn.error.as_ref()?.image.rmse)),

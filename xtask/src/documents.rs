@@ -1,4 +1,4 @@
-//! What the Markdown files of the repository say is there: links, headings, settings, commands.
+//! Checks of the repository's Markdown files: links, headings, settings, commands.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ fn anchor(heading: &str) -> String {
     kept.map(|c| if c == ' ' { '-' } else { c }).collect()
 }
 
-/// What is between a pair of single backticks in a line.
+/// The text between pairs of single backticks in a line.
 fn code(text: &str) -> impl Iterator<Item = &str> {
     text.lines()
         .flat_map(|line| line.split('`').skip(1).step_by(2))

@@ -1,4 +1,4 @@
-//! Figures of papers, frames a second against subdivision, from the results that
+//! Figures of papers, frames per second against subdivision, from the results that
 //! `cargo bench -p tetrascope-benches` has left.
 
 use std::collections::BTreeMap;
@@ -11,12 +11,12 @@ use tetrascope_benches::results;
 use crate::dashboard::criterion::{self, Measurement, Results};
 use crate::plot;
 
-/// What was measured of an algorithm's figures.
+/// The measurements of an algorithm's figures.
 #[derive(Debug, Serialize)]
 pub struct Measured {
     /// The algorithm's name.
     pub algorithm: &'static str,
-    /// What the figures are.
+    /// A description of the figures.
     pub about: &'static str,
     /// One at least.
     pub figures: Vec<Figure>,
@@ -29,7 +29,7 @@ pub struct Figure {
     pub name: String,
     /// An SVG.
     pub chart: String,
-    /// What is in it.
+    /// The lines in it.
     pub lines: Vec<Line>,
 }
 
@@ -42,7 +42,7 @@ pub struct Line {
     pub volume: usize,
     /// Chooses the dashes.
     pub look: usize,
-    /// Boxes an axis and frames a second, ascending.
+    /// Boxes an axis and frames per second, ascending.
     pub points: Vec<(u32, f64)>,
 }
 
@@ -62,7 +62,7 @@ pub fn of_results(algorithm: &Algorithm, results: &Results) -> Option<Measured> 
     (!measured.figures.is_empty()).then_some(measured)
 }
 
-/// By volume and look; by boxes an axis: frames a second.
+/// By volume and look; by boxes per axis: frames per second.
 type Rates = BTreeMap<(String, String), BTreeMap<u32, f64>>;
 
 fn figures(results: &Results, algorithm: &str) -> Vec<Figure> {
@@ -80,7 +80,7 @@ fn figures(results: &Results, algorithm: &str) -> Vec<Figure> {
         .collect()
 }
 
-/// Figure, volume, look, boxes an axis and frames a second, if that is what was measured: then the
+/// Figure, volume, look, boxes per axis and frames per second, if that is what was measured: then the
 /// group is "ALGORITHM/figure 4/VOLUME/LOOK".
 fn result_of(
     measurement: &Measurement,

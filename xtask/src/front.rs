@@ -1,4 +1,4 @@
-//! What `cargo xtask` starts.
+//! The program that `cargo xtask` starts.
 //!
 //! `test` runs here: it builds and runs the tests and nothing else. Every other
 //! command goes to the `xtask` binary, which is built in release because it
@@ -145,7 +145,7 @@ fn test(rest: &[OsString]) -> ExitCode {
     }
 }
 
-/// What follows `--adapter`, and the other arguments; what is wrong with it, in words.
+/// The adapter behind `--adapter`, and the other arguments; or the mistake, in words.
 fn adapter(arguments: &[OsString]) -> Result<(Option<OsString>, Vec<OsString>), &'static str> {
     const OPTION: &str = "--adapter";
     let mut found = None;

@@ -327,7 +327,7 @@ fn turn(
     Ok(count)
 }
 
-/// What a target did.
+/// Counts of a target.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Count {
     /// Inputs.

@@ -62,7 +62,7 @@ pub const PICTURES: [Picture; 12] = [
     Picture {
         name: "oxygen-post",
         file: "postxyz.bin",
-        about: "Liquid oxygen flows around a post: the energy in its wake.",
+        about: "Liquid oxygen flows around a post: slow in its wake, fast beside it.",
         origin: "pyvista/vtk-data, Data/postxyz.bin and Data/postq.bin",
     },
     Picture {
@@ -120,6 +120,9 @@ pub const PICTURES: [Picture; 12] = [
         origin: "pyvista/vtk-data, Data/ironProt.vtk",
     },
 ];
+
+/// Frames of each picture that are timed.
+const FRAMES: usize = 5;
 
 /// A picture that was drawn.
 struct Drawn {
@@ -213,10 +216,15 @@ fn draw(
     (algorithm.supports)(&loaded.volume, &scene.appearance, &scene.view, &settings)?;
     let context = Context::new();
     let renderer = (algorithm.build)(&context, &loaded.volume, &scene.appearance, &settings)?;
-    renderer.render(&scene.view)?; // the first one warms caches
-    let start = Instant::now();
-    let frame = renderer.render(&scene.view)?;
-    let time = start.elapsed();
+    // What else the machine does only adds to a time, so the least counts.
+    let mut time = Duration::MAX;
+    let mut frame = None;
+    for _ in 0..FRAMES {
+        let start = Instant::now();
+        frame = Some(renderer.render(&scene.view)?);
+        time = time.min(start.elapsed());
+    }
+    let frame = frame.expect("several were drawn");
     let path = output.join(picture.name).with_extension("png");
     write(&path, small_png(&shown(&frame)))?;
     Ok(Drawn {
@@ -234,7 +242,7 @@ fn page(drawn: &[Drawn]) -> String {
          Scene files are in [gallery](gallery); each says colors, opacities, camera and background, \
          and may be used for data of your own. `cargo xtask gallery` draws all of them again and \
          writes this page.\n\n\
-         Times are those of one frame on two CPU cores, once the volume is loaded. The data files \
+         Times are the least of five frames on two CPU cores, once the volume is loaded. The data files \
          are public, in the repositories on GitHub that are named; put them into one folder and set \
          `TETRASCOPE_DATA` to it.\n",
     );

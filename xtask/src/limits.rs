@@ -6,7 +6,7 @@ use tetrascope::core::OpticalModel;
 /// The RMSE and the greatest difference that are allowed over all channels.
 pub type Limit = (f64, f64);
 
-/// What arithmetic in f32 explains.
+/// The error that arithmetic in f32 explains.
 ///
 /// A ray's light is a sum over some 100 cells, of values up to 4 (to which extinction is
 /// scaled in `Emission`), with a rounding of 2⁻²⁴ each: 2.4e-5 if all err the same way, a
@@ -16,13 +16,14 @@ pub type Limit = (f64, f64);
 /// 1.1e-4, in `Emission` on a mesh of slivers.
 pub const ROUNDING: Limit = (3e-6, 3e-4);
 
-/// What is demanded where cells are sorted by a point of theirs, on convex meshes of cells
+/// The error that is allowed where cells are sorted by a point of theirs, on convex meshes of cells
 /// of like size: two neighbors that swap move light by the product of their opacities.
 pub const ROUGH_ORDER: f64 = 2e-3;
 
-/// What is demanded of a frame; `None` where nothing is.
+/// The demand on a frame; `None` where there is none.
 ///
-/// `order_proven` is what the frame says of its order of cells; `rough` is the RMSE allowed where some cells may be in the wrong order.
+/// `order_proven` is what the frame says of its order of cells; `rough` is the RMSE allowed where
+/// some cells may be in the wrong order.
 pub fn limit(
     promise: Promise,
     model: OpticalModel,

@@ -1,4 +1,4 @@
-//! What numbers depend on besides the algorithms: program, machine, inputs.
+//! The facts on which numbers depend besides the algorithms: program, machine, inputs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -58,7 +58,7 @@ enum Task {
     Bless,
 }
 
-/// What was asked for is done, and something is not as it has to be.
+/// All that was asked for is done, and something is not as it has to be.
 const MISSED: u8 = 5;
 
 fn status(is_well: bool) -> ExitCode {

@@ -22,7 +22,7 @@ pub struct Errors {
     /// ‖image − truth‖₂ / ‖truth‖₂; infinite where the truth is 0 everywhere and the image is not.
     #[serde(deserialize_with = "infinite_if_null")]
     pub relative_l2: f64,
-    /// Of each pixel's greatest absolute error.
+    /// Percentiles of each pixel's greatest absolute error.
     pub percentiles: Percentiles,
     /// [`flip`].
     pub flip: Option<f64>,
@@ -64,22 +64,22 @@ const WORST: usize = 8;
 /// The errors that 50, 90, 99 and 99.9 % of the pixels do not exceed, by nearest rank.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Percentiles {
-    /// Of half of the pixels.
+    /// Half of the pixels have at most this.
     #[serde(deserialize_with = "infinite_if_null")]
     pub p50: f64,
-    /// Of 90 %.
+    /// 90 % of the pixels have at most this.
     #[serde(deserialize_with = "infinite_if_null")]
     pub p90: f64,
-    /// Of 99 %.
+    /// 99 % of the pixels have at most this.
     #[serde(deserialize_with = "infinite_if_null")]
     pub p99: f64,
-    /// Of 99.9 %.
+    /// 99.9 % of the pixels have at most this.
     #[serde(rename = "p99.9", deserialize_with = "infinite_if_null")]
     pub p99_9: f64,
 }
 
 impl Percentiles {
-    /// Of values in ascending order.
+    /// Percentiles of values in ascending order.
     fn of(sorted: &[f64]) -> Percentiles {
         Percentiles {
             p50: nearest_rank(sorted, 500),

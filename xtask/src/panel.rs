@@ -13,7 +13,7 @@ use crate::plot::power_of_ten;
 pub struct Point {
     /// Time or memory, above 0.
     pub x: f64,
-    /// What is on the vertical axis, the error for one, 0 at least.
+    /// The number on the vertical axis, such as the error, 0 at least.
     pub error: f64,
     /// The setting in few words.
     pub label: String,
@@ -31,7 +31,7 @@ pub struct Series {
 
 /// A diagram.
 pub struct Panel<'a> {
-    /// What it shows, for those who do not see it.
+    /// A description, for those who do not see it.
     pub title: String,
     /// The horizontal axis's name.
     pub x_name: &'static str,
@@ -45,7 +45,7 @@ pub struct Panel<'a> {
     pub has_front: bool,
     /// The lines.
     pub series: &'a [Series],
-    /// What the ground truth took.
+    /// The time of the ground truth.
     pub truth: Option<f64>,
     /// The truth's own error bound: what is below cannot be told from it.
     pub truth_bound: Option<f64>,

@@ -78,7 +78,7 @@ pub struct SignedMap {
     pub beyond: usize,
 }
 
-/// What a picture has more than the truth, or less, in false color; `None` where they are equal.
+/// The light that a picture has more than the truth, or less, in false color; `None` where they are equal.
 ///
 /// The scale ends at what 99.9 % of the pixels do not exceed, so that a few wrong ones leave the
 /// rest in sight. What is not a number is beyond. Panics where the sizes differ.
@@ -179,7 +179,7 @@ pub fn mean_of_boxes(image: &RgbaImage, factor: u32) -> RgbaImage {
     })
 }
 
-/// One pixel for each box of `factor` pixels a side; boxes at the right and at the foot may be cut.
+/// One pixel for each box of `factor` pixels per side; boxes at the right and at the foot may be cut.
 fn boxes(image: &RgbaImage, factor: u32, pixel: impl Fn(&[Rgba<u8>]) -> Rgba<u8>) -> RgbaImage {
     let (width, height) = image.dimensions();
     RgbaImage::from_fn(width.div_ceil(factor), height.div_ceil(factor), |x, y| {

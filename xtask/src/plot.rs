@@ -21,7 +21,7 @@ pub(crate) const GRID: RGBColor = RGBColor(0xd9, 0xdc, 0xe0);
 /// The font of words.
 pub(crate) const FONT: &str = "system-ui, sans-serif";
 
-/// Frames a second, logarithmic, against boxes an axis, as an SVG of `size` pixels.
+/// Frames a second, logarithmic, against boxes per axis, as an SVG of `size` pixels.
 pub fn rate_against_boxes(lines: &[Line], size: (u32, u32)) -> String {
     let points = || lines.iter().flat_map(|line| line.points.iter());
     let most = points().map(|p| f64::from(p.0).log2()).fold(1.0, f64::max);

@@ -87,7 +87,7 @@ fn run_until(interrupted: &AtomicUsize, options: &Options) -> Result<bool, Error
     Ok(is_well)
 }
 
-/// What was cast, in a line.
+/// The rays that were cast, in a line.
 fn said(tally: &Path, is_well: bool) -> String {
     let kept = std::fs::read_to_string(tally).unwrap_or_default();
     let rays = kept.split(' ').next().unwrap_or_default();

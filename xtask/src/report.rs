@@ -1,4 +1,4 @@
-//! What `compare` found: the numbers as JSON, and one page for people.
+//! The findings of `compare`: the numbers as JSON, and one page for people.
 //!
 //! Here are the data, which `report.md` describes; `table` writes them for a terminal, and `page`
 //! with `pictures` for a browser.
@@ -37,17 +37,17 @@ pub struct Report {
     pub version: u32,
     /// Program, version and source revision.
     pub program: Program,
-    /// What it ran on.
+    /// The machine that it ran on.
     pub machine: Machine,
     /// Frames timed of each row at most, after the one that is judged.
     pub repeat: u32,
     /// How many of the scenes' models were drawn by a run before, which was interrupted.
     pub resumed: usize,
-    /// What was drawn.
+    /// The scenes that were drawn.
     pub scenes: Vec<SceneReport>,
     /// How times grow with cells and pixels, where that was asked.
     pub scaling: Vec<Scaling>,
-    /// What was demanded of the errors.
+    /// The demands on the errors.
     pub checks: Vec<Check>,
 }
 
@@ -68,7 +68,7 @@ pub struct Program {
     pub build: String,
 }
 
-/// What a report was made on.
+/// The machine that a report was made on.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Machine {
     /// The operating system.
@@ -90,7 +90,7 @@ pub struct Machine {
 /// A scene, under one or more optical models.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct SceneReport {
-    /// What the user calls it: a data set or a file.
+    /// The user's name for it: a data set or a file.
     pub name: String,
     /// How many tetrahedra or voxel cells.
     pub cells: usize,
@@ -100,7 +100,7 @@ pub struct SceneReport {
     pub load_ms: f64,
     /// SHA-256 of each input file, hexadecimal, by name.
     pub sha256: BTreeMap<String, String>,
-    /// What reading found and fixed.
+    /// Findings and repairs of the reader.
     pub notes: Vec<String>,
     /// Under each optical model.
     pub models: Vec<ModelReport>,
@@ -113,9 +113,9 @@ pub struct ModelReport {
     pub model: String,
     /// The resolved scene as TOML; draws the very same picture.
     pub scene: String,
-    /// What was chosen because the scene left it out.
+    /// The choices for everything that the scene left out.
     pub defaults: Vec<String>,
-    /// Pixels a row and rows.
+    /// Width and height in pixels.
     pub size: [u32; 2],
     /// The truth's own error bound, absolute.
     pub truth_bound: Option<f64>,
@@ -128,11 +128,11 @@ pub struct ModelReport {
 /// A part of an algorithm's error that two of its settings tell apart.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct ErrorSource {
-    /// What is to blame, in words.
+    /// The cause, in words.
     pub source: String,
     /// The algorithm and setting that has it.
     pub with: String,
-    /// What it is compared with, which has not.
+    /// The picture without it, with which it is compared.
     pub against: String,
     /// The difference.
     pub error: ImageError,
@@ -143,7 +143,7 @@ pub struct ErrorSource {
 pub struct Row {
     /// The algorithm's name.
     pub algorithm: String,
-    /// What was set, "key=value,…"; empty for the defaults.
+    /// The settings, "key=value,…"; empty for the defaults.
     pub setting: String,
     /// Every setting's value.
     pub settings: String,
@@ -152,11 +152,11 @@ pub struct Row {
     /// How near to the truth it is meant to be.
     #[serde(skip, default = "nothing_promised")]
     pub promise: Promise,
-    /// What came out.
+    /// The outcome.
     pub outcome: Outcome,
 }
 
-/// What came out of a row.
+/// The outcome of a row.
 #[derive(Debug, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
@@ -215,7 +215,7 @@ pub struct Stats {
     pub error_bound: Option<f64>,
     /// Fallbacks that were taken, a sentence each.
     pub notes: Vec<String>,
-    /// What the algorithm counts, by name.
+    /// Counts of the algorithm, by name.
     #[serde(flatten)]
     pub counts: BTreeMap<String, u64>,
 }
@@ -240,7 +240,7 @@ impl From<&FrameStats> for Stats {
     }
 }
 
-/// What a row that was read back promises until somebody asks its algorithm.
+/// The promise of a row that was read back, until somebody asks its algorithm.
 fn nothing_promised() -> Promise {
     Promise::Open
 }
@@ -252,11 +252,11 @@ pub struct Check {
     pub subject: String,
     /// The RMSE; `None` where there is no truth to compare with.
     pub rmse: Option<f64>,
-    /// What it may be at most.
+    /// The most that it may be.
     pub limit: f64,
     /// The greatest error, without that of pixels that may differ by anything.
     pub max: Option<f64>,
-    /// What it may be at most.
+    /// The most that it may be.
     pub max_limit: f64,
     /// Whether both are.
     pub passed: bool,
@@ -288,7 +288,7 @@ impl Check {
         }
     }
 
-    /// What was found and what is allowed, in words.
+    /// The error and the most that is allowed, in words.
     pub fn found(&self) -> String {
         match (self.rmse, self.max) {
             (Some(rmse), Some(max)) => format!(

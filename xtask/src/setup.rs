@@ -139,7 +139,7 @@ fn is_debian_release(release: &str) -> bool {
         .any(|name| name == "debian" || name == "ubuntu")
 }
 
-/// What to put before a command to run it as root without a password: nothing
+/// The words before a command that run it as root without a password: nothing
 /// for root itself, `None` where that cannot be.
 fn root_prefix() -> Option<Vec<&'static str>> {
     let output = Command::new("id").arg("-u").output().ok()?;

@@ -243,7 +243,7 @@ impl Matrix {
 /// Thresholds at which rays may stop, beside those of the sweep.
 const STOPS: [&str; 2] = ["stop-opacity=0.5", "stop-opacity=0.99999994"];
 
-/// Of the sweep under a case's optical model, the settings that promise something, and the first, which
+/// The settings to draw: from the sweep under a case's optical model, those that promise something, and the first, which
 /// is the most usual; where it is stiff, rays that stop early, too.
 fn settings(algorithm: &Algorithm, case: &Case) -> Vec<&'static str> {
     let model = case.shots[0].appearance.optical_model;

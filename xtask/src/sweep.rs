@@ -230,7 +230,7 @@ pub(crate) mod tests {
         assert!(Sweep::from_json("{}").is_err());
     }
 
-    /// Of the machine as it is, which is deterministic. That no fragment generator is ever busier
+    /// A property of the machine as it is, which is deterministic. That no fragment generator is ever busier
     /// among more follows from nothing, as their pixels are others, but the interleaving is meant
     /// for it.
     #[test]

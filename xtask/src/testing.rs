@@ -1,4 +1,4 @@
-//! What the tests of this package share: who draws, on what, and what is left
+//! Tools that the tests of this package share: who draws, on what, and what is left
 //! behind when a picture is wrong.
 
 use std::fs;
@@ -76,7 +76,7 @@ pub fn truth(volume: &Volume, appearance: &Appearance, view: &View) -> Frame {
     draw(truth, "", volume, appearance, view).expect("the ground truth draws every mesh")
 }
 
-/// What went wrong in a test of many pictures: it fails at its end, with all of them.
+/// Faults in a test of many pictures: it fails at its end, with all of them.
 #[derive(Default)]
 pub struct Failures(Vec<String>);
 

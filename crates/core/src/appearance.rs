@@ -21,13 +21,13 @@ pub struct Appearance {
     pub transfer_function: TransferFunction,
     /// Which terms of the volume rendering integral are kept.
     pub optical_model: OpticalModel,
-    /// What [`OpticalModel::Isosurfaces`] draws, in any order; other models do not use them.
+    /// The surfaces of [`OpticalModel::Isosurfaces`], in any order; other models do not use them.
     pub isosurfaces: Vec<Isosurface>,
-    /// What isosurfaces are lit by.
+    /// The light on isosurfaces.
     pub lighting: Lighting,
     /// Whether light fades with depth.
     pub depth_cue: Option<DepthCue>,
-    /// What lies behind any of these is cut away; at most [`MAX_CLIP_PLANES`].
+    /// Planes behind which everything is cut away; at most [`MAX_CLIP_PLANES`].
     pub clip_planes: Vec<ClipPlane>,
 }
 

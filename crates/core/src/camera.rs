@@ -11,7 +11,7 @@ pub struct Camera {
     /// Where the eye is; for an orthographic camera, a point of the image plane.
     /// Nothing behind it is drawn.
     pub position: DVec3,
-    /// What it looks at.
+    /// The point that it looks at.
     pub focal_point: DVec3,
     /// A direction that points up in the image; need not be perpendicular to the view.
     pub view_up: DVec3,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::text::{self, clipped};
 
-/// What can go wrong when a volume is read, uploaded or drawn.
+/// An error while a volume is read, uploaded or drawn.
 ///
 /// `Display` says what and where in one line, lower case, without a full stop;
 /// [`Error::help`] says what to do about it. Both hold text of files: whatever is in there,
@@ -30,17 +30,17 @@ pub enum Error {
         path: PathBuf,
         /// Where in it: "byte 12", "line 3, column 7", "array 'Temperature'".
         at: String,
-        /// What is wrong, with the numbers.
+        /// The fault, with the numbers.
         what: String,
-        /// What to try, if anything comes to mind.
+        /// A hint, if there is one.
         help: Option<String>,
     },
     /// A mesh, grid or transfer function was built from values that make no sense.
     #[error("{}", sentence(what))]
     Invalid {
-        /// What is wrong, with the numbers and the index of the offending item.
+        /// The fault, with the numbers and the index of the offending item.
         what: String,
-        /// What to try, if anything comes to mind.
+        /// A hint, if there is one.
         help: Option<String>,
     },
     /// A scene file or a scene option is wrong.
@@ -48,17 +48,17 @@ pub enum Error {
     Scene {
         /// The file with line and column, or the option.
         at: String,
-        /// What is wrong.
+        /// The fault.
         what: String,
-        /// What to try.
+        /// A hint.
         help: Option<String>,
     },
     /// Values that are out of range, or do not go with the rest.
     #[error("{}", sentence(what))]
     Usage {
-        /// What is wrong, with the numbers.
+        /// The fault, with the numbers.
         what: String,
-        /// What to try, if anything comes to mind.
+        /// A hint, if there is one.
         help: Option<String>,
     },
     /// A named field is not in the volume.
@@ -74,9 +74,9 @@ pub enum Error {
     Unknown {
         /// "algorithm", "setting", "data set", …
         kind: &'static str,
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
-        /// What exists.
+        /// The names that exist.
         valid: Vec<String>,
     },
     /// The renderer cannot draw this scene.
@@ -84,7 +84,7 @@ pub enum Error {
     Unsupported {
         /// The renderer's name.
         renderer: &'static str,
-        /// What was asked of it.
+        /// The work that was asked of it.
         what: String,
         /// Why it cannot.
         reason: String,
@@ -92,9 +92,9 @@ pub enum Error {
     /// No graphics adapter fits.
     #[error("no suitable graphics adapter: {}", sentence(reason))]
     NoAdapter {
-        /// What was looked for and what was found.
+        /// What was looked for, and what was found.
         reason: String,
-        /// What to type.
+        /// The command to type.
         help: Option<String>,
     },
     /// Something is larger than the device allows.
@@ -112,7 +112,7 @@ pub enum Error {
     /// The device ran out of memory.
     #[error("out of device memory while making {} ({bytes} bytes)", sentence(what))]
     OutOfMemory {
-        /// What was being made.
+        /// The thing that was being made.
         what: String,
         /// Its size.
         bytes: u64,
@@ -195,7 +195,7 @@ impl Error {
 pub enum ErrorKind {
     /// The run failed through no fault of the input.
     Failure,
-    /// What was asked for does not exist or cannot be combined.
+    /// Something that does not exist or cannot be combined was asked for.
     Usage,
     /// A file, mesh or scene is wrong.
     Input,

@@ -1,11 +1,11 @@
-//! What a renderer returns.
+//! Frames: the pictures that renderers return.
 
 /// A rendered image and how it was made.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// Pixels a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Premultiplied linear RGBA, row-major, top row first, `width * height` texels.
     pub pixels: Vec<[f32; 4]>,
@@ -13,11 +13,11 @@ pub struct Frame {
     /// units, infinite where there is none; laid out as `pixels`. An orthographic ray
     /// starts in the camera's plane.
     pub depths: Option<Vec<f32>>,
-    /// What it took.
+    /// The work that it took.
     pub stats: FrameStats,
 }
 
-/// What a frame took. `None` is "not measured" or "does not apply".
+/// The work that a frame took. `None` is "not measured" or "does not apply".
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct FrameStats {
@@ -28,7 +28,7 @@ pub struct FrameStats {
     pub gpu_seconds: Option<f64>,
     /// Render and compute passes recorded.
     pub passes: u64,
-    /// What the algorithm counts, as its [`Entry`](crate::Entry) lists; fields of their own in
+    /// Counts of the algorithm, as its [`Entry`](crate::Entry) lists them; fields of their own in
     /// JSON.
     #[serde(flatten, serialize_with = "as_fields")]
     pub counts: Vec<Count>,

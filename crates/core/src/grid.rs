@@ -234,7 +234,7 @@ impl Grid {
         self.lattice.spacing
     }
 
-    /// The axes' directions, one a column.
+    /// The axes' directions, one per column.
     pub fn direction(&self) -> DMat3 {
         self.lattice.direction
     }

@@ -1,4 +1,4 @@
-//! What every Tetrascope renderer shares: no GPU, no files.
+//! The types and the mathematics that all Tetrascope renderers share: no GPU, no files.
 //!
 //! Reading order: [`mesh`] and [`grid`] hold a [`Volume`]; [`transfer_function`]
 //! and [`appearance`] say how it looks; [`optics`] defines the one integral that

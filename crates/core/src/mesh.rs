@@ -55,7 +55,7 @@ pub enum Association {
 /// A scalar field on a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scalars {
-    /// What the file calls it.
+    /// Name in the file.
     pub name: String,
     /// Where the values live.
     pub association: Association,
@@ -70,10 +70,10 @@ pub struct Scalars {
 /// scalars alone ([`TetMesh::with_scalars`]).
 ///
 /// # Memory
-/// 24 bytes a point and 16 a tetrahedron; 4 more a tetrahedron where cells were
-/// split, 16 more where points coincide, and 1 a point where some are unused. The adjacency,
-/// once asked for, keeps 16 bytes a tetrahedron and 8 a boundary face, and while it is made needs
-/// 8 more a tetrahedron and up to 40 a point. [`TetMesh::keeping_cells`] keeps 9 more an input
+/// 24 bytes per point and 16 per tetrahedron; 4 more per tetrahedron where cells were
+/// split, 16 more where points coincide, and 1 per point where some are unused. The adjacency,
+/// once asked for, keeps 16 bytes per tetrahedron and 8 per boundary face, and while it is made needs
+/// 8 more per tetrahedron and up to 40 per point. [`TetMesh::keeping_cells`] keeps 9 more per input
 /// cell and 8 for each of its points.
 #[derive(Clone, Debug)]
 pub struct TetMesh {
@@ -522,7 +522,7 @@ impl TetMesh {
         &self.adjacency().boundary
     }
 
-    /// What was found and fixed in the mesh. Finds the adjacency, if nothing has yet.
+    /// The findings and repairs of the mesh. Finds the adjacency, if nothing has yet.
     pub fn report(&self) -> MeshReport {
         let values = &self.field.scalars.values;
         let non_finite_scalars = match self.field.scalars.association {

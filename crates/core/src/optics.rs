@@ -45,12 +45,12 @@ const OPAQUE: f64 = 746.0;
 /// The factors of a segment without a depth cue.
 const NO_CUE: [f64; 2] = [1.0; 2];
 
-/// What goes linearly from `ends[0]` to `ends[1]`, at the share `s` of the way.
+/// The value at the share `s` of the way from `ends[0]` to `ends[1]`, linearly.
 fn mix(ends: [f64; 2], s: f64) -> f64 {
     ends[0] * (1.0 - s) + ends[1] * s
 }
 
-/// What a ray has gathered, front to back.
+/// The light that a ray has gathered, front to back.
 #[derive(Clone, Debug)]
 pub struct RayIntegral<'a> {
     transfer_function: &'a TransferFunction,

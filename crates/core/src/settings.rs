@@ -9,9 +9,9 @@ use crate::{Entry, Error};
 pub struct Setting {
     /// Kebab-case.
     pub name: &'static str,
-    /// What it changes, one line.
+    /// Its effect, in one line.
     pub about: &'static str,
-    /// What it can be.
+    /// The values that it takes.
     pub values: Values,
     /// Its value unless it is set; one of `values`.
     pub default: &'static str,

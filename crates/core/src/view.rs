@@ -8,9 +8,9 @@ use crate::{Camera, Error, Ray};
 pub struct View {
     /// The camera, world space.
     pub camera: Camera,
-    /// Pixels a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Linear RGBA with straight alpha.
     pub background: [f32; 4],

@@ -5,16 +5,16 @@ use glam::DVec3;
 use crate::grid::GridStream;
 use crate::{Grid, TetMesh};
 
-/// Whether a scalar is one: finite, also where it is kept as f32.
+/// Whether a scalar is a value: finite, also where it is kept as f32.
 ///
-/// What is not (NaN, an infinity, a double beyond f32 such as a fill value of 1e300) is no
+/// One that is not (NaN, an infinity, a double beyond f32 such as a fill value of 1e300) is not a
 /// value: a cell with such a scalar at a corner is transparent, in every renderer.
 #[inline]
 pub fn is_value(scalar: f64) -> bool {
     (scalar as f32).is_finite()
 }
 
-/// What is drawn: a tetrahedral mesh or a regular grid.
+/// The volume that is drawn: a tetrahedral mesh or a regular grid.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Volume {

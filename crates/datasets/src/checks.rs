@@ -1,4 +1,4 @@
-//! What every mesh must satisfy, for the tests of all data sets.
+//! Properties that every mesh must have, for the tests of all data sets.
 
 use std::collections::HashMap;
 

@@ -28,7 +28,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     look,
 };
 
-/// Of the field's waves, radians per world unit; the ball's radius is 1.
+/// Frequency of the field's waves, radians per world unit; the ball's radius is 1.
 const FREQUENCY: f64 = 5.0;
 
 fn make(cells: u64, seed: u64) -> Result<TetMesh, Error> {
@@ -44,7 +44,7 @@ fn make(cells: u64, seed: u64) -> Result<TetMesh, Error> {
 
 /// How many points make about `cells` cells.
 ///
-/// Inside there are 24 π²/35 ≈ 6.77 cells a point (R. Miles, 1970); the hull, of
+/// Inside there are 24 π²/35 ≈ 6.77 cells per point (R. Miles, 1970); the hull, of
 /// the order of √n points in a ball, and the flatter cells near it take away some.
 fn point_count(cells: u64) -> usize {
     let n = cells as f64 / 6.77;

@@ -361,7 +361,7 @@ mod tests {
             let tolerance = 2e-12 * TRANSFER * area * (BASE - AMBIENT);
             let worst = residual.iter().fold(0.0f64, |m, r| m.max(r.abs()));
             assert!(worst < tolerance, "{worst} W, {tolerance} W");
-            // The residuals add up, one a point.
+            // The residuals add up, one per point.
             assert!((gained - lost).abs() < tolerance * residual.len() as f64);
             assert!(lost > 100.0, "{lost} W");
         }

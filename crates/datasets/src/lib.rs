@@ -41,7 +41,7 @@ use tetrascope_core::{CameraFit, Error, Grid, Knot, TetMesh, Volume};
 /// A named mesh or regular grid with a field.
 #[derive(Debug)]
 pub struct Dataset {
-    /// What it is called in scenes and on the command line.
+    /// Name in scenes and on the command line.
     pub name: &'static str,
     /// One line: geometry, then field.
     pub about: &'static str,

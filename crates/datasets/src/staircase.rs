@@ -1,6 +1,6 @@
 //! Prakash and Manohar's staircase: 23 hexahedra of one scalar.
 //!
-//! Of it, the paper says only this (section 6.2): it contains 23 cells, is a
+//! The paper says only this of it (section 6.2): it contains 23 cells, is a
 //! regular grid, and "all the vertices have the same scalar value". The rest is
 //! our reconstruction, a staircase around a corner: on a floor of 3 × 3 cells
 //! stand columns of 4 − max(i, j) cells, which are 4 + 3 · 3 + 5 · 2 = 23.

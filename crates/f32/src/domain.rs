@@ -2,7 +2,7 @@
 
 use tetrascope_core::{Bounds, Error, ScalarUnits, TetMesh};
 
-/// What positions, scalars of isosurfaces and the depth cue are relative to.
+/// The box and range to which positions, scalars of isosurfaces and the depth cue are relative.
 ///
 /// By default a volume's own. With one domain for all of them, the parts of a mesh, or the
 /// steps of a time series, round each vertex and each scalar alike: their numbers in f32 are

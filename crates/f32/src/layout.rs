@@ -210,7 +210,7 @@ fn morton_order(
     let bounds = mesh.bounds();
     let size = bounds.size().max_element().max(f64::MIN_POSITIVE);
     let code = |item: u32| {
-        // 21 bits an axis fill a u64.
+        // 21 bits per axis fill a u64.
         let p = (position(item) - bounds.min) / size * f64::from((1u32 << 21) - 1);
         spread(p.x as u32) | spread(p.y as u32) << 1 | spread(p.z as u32) << 2
     };

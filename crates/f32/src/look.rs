@@ -50,7 +50,7 @@ pub fn surfaces(appearance: &Appearance) -> Vec<Isosurface> {
     surfaces
 }
 
-/// What `look.wgsl` needs in the space of the program: the uniform and the items.
+/// The input of `look.wgsl` in the space of the program: the uniform and the items.
 ///
 /// `space` takes normalized positions there; it moves and turns, but keeps lengths.
 /// `bounds` are the volume's, over which a depth cue spans.

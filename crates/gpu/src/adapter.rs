@@ -28,7 +28,7 @@ pub struct GpuOptions {
 }
 
 impl Default for GpuOptions {
-    /// What `WGPU_ADAPTER_NAME` says; software allowed.
+    /// The adapter that `WGPU_ADAPTER_NAME` names; software allowed.
     fn default() -> Self {
         GpuOptions {
             adapter_name: std::env::var(ADAPTER_NAME_VARIABLE)
@@ -214,12 +214,12 @@ impl Gpu {
         self.shared.allocations.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// What `sides` found out about the device.
+    /// The answer of `sides` about the device.
     pub(crate) fn integer_sides(&self) -> &OnceLock<bool> {
         &self.shared.integer_sides
     }
 
-    /// What was compiled on the device.
+    /// The programs that were compiled on the device.
     pub(crate) fn compiled(&self) -> &Mutex<Compiled> {
         &self.shared.compiled
     }

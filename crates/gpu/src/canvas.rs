@@ -1,4 +1,4 @@
-//! What the frames of a renderer share: textures that are kept, and the passes between what a
+//! Resources that the frames of a renderer share: textures that are kept, and the passes between what a
 //! renderer draws and its target.
 //!
 //! A renderer blends what each cell, slab or segment adds into [`Sums`]; [`Canvas::put`] then

@@ -12,7 +12,7 @@ use crate::memory::texture_bytes;
 /// occurs, so a number stands for it.
 pub const NO_VALUE: f32 = f32::MAX;
 
-/// What the texels of a [`DeviceGrid`] hold.
+/// The content of a [`DeviceGrid`]'s texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Texels {
     /// `R32Float`: scalars, all finite.
@@ -201,7 +201,7 @@ impl DeviceGrid {
         &self.lattice
     }
 
-    /// What the texels hold.
+    /// The content of the texels.
     pub fn texels(&self) -> Texels {
         self.texels
     }
@@ -211,7 +211,7 @@ impl DeviceGrid {
         &self.texture
     }
 
-    /// What no scalar lies outside of; `None` if nothing has a value.
+    /// The range of the scalars; `None` if nothing has a value.
     pub fn scalar_range(&self) -> Option<(f64, f64)> {
         self.scalar_range
     }
@@ -236,7 +236,7 @@ fn check_range(range: Option<(f64, f64)>) -> Result<(), Error> {
     }
 }
 
-/// What does not fit 32 bits is refused with the texture.
+/// An extent that does not fit 32 bits is refused with the texture.
 fn extent(lattice: &Lattice) -> Extent3d {
     let [width, height, depth] = lattice.dims.map(|d| u32::try_from(d).unwrap_or(u32::MAX));
     Extent3d {

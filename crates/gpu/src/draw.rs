@@ -23,18 +23,18 @@ pub struct Target<'a> {
     /// The format of `color`: any that can be rendered to, and blended where the volume is drawn
     /// over what is there.
     pub format: TextureFormat,
-    /// What the volume is drawn over.
+    /// The background that the volume is drawn over.
     pub over: Over,
     /// The application's depth buffer, if it has drawn opaque geometry: rays end there.
     pub depth: Option<SceneDepth<'a>>,
 }
 
-/// What a volume is drawn over.
+/// The background that a volume is drawn over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Over {
     /// The view's background; every texel of the target is written.
     Background,
-    /// What is in the target already.
+    /// The target as it is.
     WhatIsThere,
 }
 
@@ -169,7 +169,7 @@ impl<'a> Commands<'a> {
     }
 }
 
-/// What is done about a frame once its commands have run.
+/// The work that is left to do for a frame once its commands have run.
 pub type Later = Box<dyn FnOnce(&mut FrameStats) -> Result<Outcome, Error> + Send>;
 
 /// Whether a frame is complete.
@@ -184,7 +184,7 @@ pub enum Outcome {
 /// A frame that was recorded.
 #[must_use]
 pub struct Recorded {
-    /// What is known before the commands run.
+    /// The statistics that are known before the commands run.
     pub stats: FrameStats,
     later: Vec<Later>,
     /// How far along their rays isosurfaces are, normalized units, and the world units in one.

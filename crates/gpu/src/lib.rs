@@ -1,4 +1,4 @@
-//! What two GPU renderers of Tetrascope share; nothing about any algorithm.
+//! Tools that two or more GPU renderers of Tetrascope share; nothing about any algorithm.
 //!
 //! Reading order: [`adapter`] finds a device and makes a [`Gpu`]; [`memory`]
 //! makes buffers and textures that are checked against its limits, and reads

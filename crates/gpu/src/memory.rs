@@ -304,7 +304,7 @@ pub struct ReadBack {
     padded_row_bytes: usize,
 }
 
-/// What [`read_back`] copies.
+/// The source that [`read_back`] copies.
 #[derive(Clone, Copy, Debug)]
 pub enum Source<'a> {
     /// All of a texture, layer by layer.

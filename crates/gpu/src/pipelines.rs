@@ -17,7 +17,7 @@ const MOST: usize = 128;
 /// The name of an `override` and its value.
 pub type Constant = (&'static str, f64);
 
-/// What a render pipeline is compiled from.
+/// The source of a render pipeline.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RenderProgram {
     /// For the driver's messages.
@@ -34,7 +34,7 @@ pub struct RenderProgram {
     pub fragment: Option<&'static str>,
     /// The constants of that stage.
     pub constants: Vec<Constant>,
-    /// What it writes.
+    /// The targets that it writes.
     pub targets: Vec<Option<ColorTargetState>>,
     /// Layouts of bind groups, from group 0 on; empty for what the program declares.
     pub groups: Vec<BindGroupLayout>,
@@ -44,7 +44,7 @@ pub struct RenderProgram {
     pub cull_mode: Option<wgpu::Face>,
 }
 
-/// What a compute pipeline is compiled from.
+/// The source of a compute pipeline.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ComputeProgram {
     /// For the driver's messages.
@@ -59,7 +59,7 @@ pub struct ComputeProgram {
     pub groups: Vec<BindGroupLayout>,
 }
 
-/// What a device has compiled.
+/// The programs that a device has compiled.
 #[derive(Debug, Default)]
 pub(crate) struct Compiled {
     modules: Kept<&'static str, ShaderModule>,

@@ -31,7 +31,7 @@
 //! Interpolation is written out in f32. Texture units keep 8 bits of a weight, so that
 //! they err by up to 1/512 of the difference between neighbors, h f'/512, where
 //! interpolation itself errs by h² f''/8: more than all else for smooth functions from some
-//! 64 samples a side on; and what a table errs by would depend on the adapter. They also
+//! 64 samples per side on; and what a table errs by would depend on the adapter. They also
 //! need the feature `FLOAT32_FILTERABLE`. The price: on llvmpipe (Mesa 22.3.6), whose
 //! filter is in f32 and agrees to 4e-6, 2²¹ lookups in 128³ samples take 0.36 s by the
 //! texture unit and 0.6 s by hand.
@@ -81,11 +81,11 @@ pub enum Integration {
     },
 }
 
-/// An [`Integration`] of so many samples a side.
+/// An [`Integration`] of so many samples per side.
 pub type OfSide = fn(u32) -> Integration;
 
 impl Integration {
-    /// The choices of every renderer with their names, made for a number of samples a side.
+    /// The choices of every renderer with their names, made for a number of samples per side.
     pub const ALL: [(&'static str, OfSide); 3] = [
         ("exact", |_| Integration::Exact),
         ("table-2d", |n| Integration::Table2d { n }),
@@ -95,10 +95,10 @@ impl Integration {
     /// One more, of renderers that follow rays.
     pub const FIXED: (&'static str, OfSide) = ("table-2d-fixed", |n| Integration::TableFixed { n });
 
-    /// The most samples a side of a table with two axes: 64 MiB.
+    /// The most samples per side of a table with two axes: 64 MiB.
     pub const MOST_2D: u32 = 2048;
 
-    /// The most samples a side of a table with three axes: 256 MiB.
+    /// The most samples per side of a table with three axes: 256 MiB.
     pub const MOST_3D: u32 = 256;
 
     /// Samples along an axis, and how many axes; `None` for [`Integration::Exact`].
@@ -183,18 +183,18 @@ impl Integration {
     }
 }
 
-/// What a table is made from; the same makes the same table.
+/// The input of a table; equal inputs make equal tables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source<'a> {
     /// How segments are integrated.
     pub integration: Integration,
-    /// What the integral is.
+    /// The optical model of the integral.
     pub model: OpticalModel,
     /// The transfer function.
     pub intervals: &'a [KnotPair],
     /// The longest segment that there can be, normalized.
     pub longest: f32,
-    /// What [`Integration::TableFixed`] needs; without it that is unsupported.
+    /// The fixed length that [`Integration::TableFixed`] needs; without it that is unsupported.
     pub fixed: Option<Fixed>,
 }
 
@@ -229,7 +229,7 @@ impl Source<'_> {
     }
 }
 
-/// What a table's places stand for.
+/// The meaning of a table's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Axes {
     /// Samples along an axis, and how many axes; 0 axes where there is no table.
@@ -351,12 +351,12 @@ impl Table {
         [axes, side, fixed, left]
     }
 
-    /// What `table_span` of `axes.wgsl` gives.
+    /// The values that `table_span` of `axes.wgsl` has.
     pub fn span(&self) -> [f32; 4] {
         table_span(self.axes.scalars, self.axes.length)
     }
 
-    /// What shaders bind as [`TABLE`].
+    /// The resource that shaders bind as [`TABLE`].
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
         wgpu::BindingResource::TextureView(&self.view)
     }
@@ -376,7 +376,7 @@ impl Table {
         }
     }
 
-    /// Of all entries.
+    /// The constant that says how deep all entries are.
     fn deep(&self) -> Constant {
         deep(deepest(
             &self.intervals,

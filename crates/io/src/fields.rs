@@ -176,7 +176,7 @@ fn magnitude_name(array: &str) -> String {
     format!("{array}-magnitude")
 }
 
-/// What the file calls a component, or its number where the file gives it no name or one
+/// The file's name of a component, or its number where the file gives it no name or one
 /// that an earlier component has.
 pub(crate) fn component_name(component: usize, names: &[Option<String>]) -> String {
     let name_of = |i: usize| names.get(i)?.as_deref().filter(|name| !name.is_empty());
@@ -210,7 +210,7 @@ pub(crate) fn vectors<T: Clone>(names: &[(String, T)]) -> Vec<(String, Vec<T>)> 
     fields
 }
 
-/// What components without a name are by custom: places in space, colors, and the parts of
+/// The customary meaning of components without a name: places in space, colors, and the parts of
 /// tensors in VTK's order.
 const GUESSES: [(&[&str], &str); 7] = [
     (&["x", "y"], "x y"),

@@ -229,7 +229,7 @@ pub const FORMATS: [FileFormat; 19] = [
     ),
 ];
 
-/// What is read, in a sentence.
+/// The formats that are read, in a sentence.
 pub(crate) fn in_words() -> String {
     let of = |holds: Holds| {
         let formats = FORMATS.iter().filter(|format| {

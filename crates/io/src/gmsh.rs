@@ -74,7 +74,7 @@ pub(crate) fn steps(source: Source) -> Result<Vec<f64>, Error> {
     Ok(reader.steps.into_values().collect())
 }
 
-/// What is read of a file.
+/// The parts of a file that are read.
 #[derive(Clone, Copy, PartialEq)]
 enum Scope {
     All,

@@ -65,7 +65,7 @@ pub struct GridData {
     /// The world in which the file says that the grid lies: LPS, where x grows to a patient's
     /// left, y to the back and z to the head; `None` if the file does not say.
     pub space: Option<&'static str>,
-    /// What was found out, converted or left out, one sentence each.
+    /// Findings, conversions and omissions, one sentence each.
     pub notes: Vec<String>,
     /// The files that were read.
     pub files: Vec<PathBuf>,
@@ -74,9 +74,9 @@ pub struct GridData {
 /// Samples with a name.
 #[derive(Clone, Debug)]
 pub struct GridField {
-    /// What the file calls it.
+    /// Name in the file.
     pub name: String,
-    /// What the file has it for. Cell data are samples at the cells' centers that fill
+    /// Where the samples lie, as the file says. Cell data are samples at the cells' centers that fill
     /// their cells.
     pub association: Association,
     /// Where the samples lie, world space.
@@ -220,7 +220,7 @@ impl GridData {
     }
 }
 
-/// What a header says.
+/// The content of a header.
 #[derive(Clone, Debug)]
 pub(crate) struct Description {
     pub(crate) lattice: Lattice,
@@ -258,7 +258,7 @@ pub(crate) enum Entries {
 }
 
 impl Entries {
-    /// What `components` numbers of a file are that does not say: colors if they are three
+    /// The customary meaning of `components` numbers in a file that does not say: colors if they are three
     /// or four bytes, as VTK and ITK have it.
     pub(crate) fn of_bytes(number: Number, components: usize) -> Entries {
         match (number, components) {
@@ -564,7 +564,7 @@ fn magnitudes(numbers: &[Numbers], extras: &[Extra]) -> Vec<(usize, Samples)> {
         .collect()
 }
 
-/// What the field of an entry of `extras` is called: `name-3`, or `name-3-1` for the second
+/// The name of the field of an entry of `extras`: `name-3`, or `name-3-1` for the second
 /// component of the fourth frame, whichever way these stand in the file; `whole` leaves
 /// components out.
 fn entry_name(name: &str, entry: usize, extras: &[Extra], whole: bool) -> String {

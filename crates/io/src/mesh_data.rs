@@ -1,4 +1,4 @@
-//! What a mesh reader returns.
+//! Meshes as their readers return them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,11 +27,11 @@ pub struct MeshData {
     /// file's active scalars come first, then scalars, then parts of vectors,
     /// then identifiers and masks. Their values are read when they are asked for.
     pub fields: Vec<MeshField>,
-    /// What was found out, repaired or left out: one sentence each.
+    /// Findings, repairs and omissions, one sentence each.
     pub notes: Vec<String>,
     /// The files that were read: the mesh's and, with Plot3D, the solution's.
     pub files: Vec<PathBuf>,
-    /// What the fields are parts of.
+    /// The arrays that the fields are parts of.
     pub(crate) arrays: Vec<Array>,
     /// Whether each of the file's cells is among `cells`; empty if all are.
     pub(crate) kept_cells: Vec<bool>,
@@ -46,7 +46,7 @@ pub struct MeshData {
 /// A scalar field of a mesh file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshField {
-    /// What the file calls it: `T`, `stress-XY`, `velocity-magnitude`.
+    /// Name in the file: `T`, `stress-XY`, `velocity-magnitude`.
     pub name: String,
     /// Where its values live.
     pub association: Association,
@@ -54,7 +54,7 @@ pub struct MeshField {
     pub range: Option<(f64, f64)>,
     /// How many values that volume cells use are not finite.
     pub missing: u64,
-    /// Of the arrays of the mesh, and what it takes of it.
+    /// Index of its array among those of the mesh, and the part that it is.
     array: usize,
     part: Part,
 }
@@ -160,7 +160,7 @@ impl MeshData {
         Ok(tuples)
     }
 
-    /// What a part of an array is at each point or cell.
+    /// The values of a part of an array, at each point or cell.
     fn values(&self, array: &Array, part: Part) -> Result<Vec<f64>, Error> {
         let association = array.association;
         let needed = match (association, &self.added) {

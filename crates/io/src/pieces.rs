@@ -33,7 +33,7 @@ pub(crate) type EachIndices<'f> = &'f mut dyn FnMut(&[u64]) -> Result<(), Error>
 
 /// A piece as its file holds it.
 pub(crate) trait Piece {
-    /// What a file that lists several calls it.
+    /// Its name in a file that lists several.
     fn name(&self) -> Option<&str>;
 
     fn points(&self) -> u64;
@@ -130,7 +130,7 @@ pub(crate) fn most_implied(file_bytes: u64) -> u64 {
 pub(crate) struct Budget {
     /// The file that errors are about.
     path: PathBuf,
-    /// Of all files.
+    /// The bytes of all files.
     file_bytes: u64,
     most: u64,
 }

@@ -55,7 +55,7 @@ impl Default for ReadOptions {
     }
 }
 
-/// What a file holds.
+/// The content of a file.
 #[derive(Clone, Debug)]
 pub enum FileData {
     /// An unstructured mesh.

@@ -86,7 +86,7 @@ pub(crate) fn without_steps(path: &Path) -> Error {
     }
 }
 
-/// What is to be said of step `number` of those at `times` if it is not the only one.
+/// A note on step `number` of those at `times`, if it is not the only one.
 pub(crate) fn note(times: &[f64], number: usize) -> Option<String> {
     let which = match number {
         0 => "the first".to_owned(),

@@ -73,7 +73,7 @@ pub fn write_grid(
     write_vti(path, grid.lattice(), &arrays, compression)
 }
 
-/// What the array of a grid's [coverage](tetrascope_core::grid::coverage) is called.
+/// Name of the array of a grid's [coverage](tetrascope_core::grid::coverage).
 pub const COVERAGE: &str = "coverage";
 
 fn check(lattice: &Lattice, arrays: &[(&str, &Samples)]) -> Result<(), Error> {

@@ -43,7 +43,7 @@ struct Reader<'a> {
     /// Components of the array that was read last, which METADATA may follow, and whether
     /// it is the last of `arrays`.
     last: (usize, bool),
-    /// What the arrays that follow belong to, and how many values they have.
+    /// The owner of the arrays that follow, and the number of their values.
     data: Option<(Association, u64)>,
     /// The samples of structured points.
     image: Option<Image>,
@@ -797,7 +797,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What an array is for.
+/// The use of an array.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Meaning {
     /// The scalars to draw.

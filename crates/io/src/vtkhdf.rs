@@ -37,7 +37,7 @@ const MOST_PAIRS: u64 = 1 << 20;
 /// Arrays of a group: each takes time for every point or cell.
 const MOST_ARRAYS: usize = 4096;
 
-/// What a group holds.
+/// The content of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Unstructured,

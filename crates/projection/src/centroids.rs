@@ -16,10 +16,10 @@ use crate::mesh::Geometry;
 /// 32 KiB.
 const DIGIT_BITS: u32 = KEY_BITS / 2;
 
-/// What does not depend on the view.
+/// The part of the sorter that does not depend on the view.
 #[derive(Debug)]
 pub(crate) struct Centroids {
-    /// Of all of the mesh's cells, normalized.
+    /// Centers of all of the mesh's cells, normalized.
     centers: Arc<[Vec3]>,
     /// The cells that are drawn, by index.
     cells: Arc<[u32]>,

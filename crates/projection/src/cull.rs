@@ -29,10 +29,10 @@ use crate::mesh::{Field, Geometry};
 /// as much as a turn of the loop; elsewhere, memory.
 const MOST_PIECES: u64 = 2;
 
-/// What a list without pieces has, as in `order.wgsl`.
+/// The mark of a list without pieces, as in `order.wgsl`.
 const NO_CELL: u32 = u32::MAX;
 
-/// What is left to draw.
+/// The cells that are left to draw.
 #[derive(Debug)]
 pub(crate) struct Culled {
     /// The first and the last interval of each of the mesh's cells, 16 bits each.
@@ -50,7 +50,7 @@ pub(crate) struct Culled {
     verdicts: Arc<Verdicts>,
 }
 
-/// What an order that is made on the CPU has to know of the cells that are drawn.
+/// The facts about the drawn cells that an order made on the CPU needs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Listed {
     /// Their indices.
@@ -72,13 +72,13 @@ impl Listed {
     }
 }
 
-/// What decides.
+/// Inputs of culling.
 pub(crate) struct Judged<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) field: &'a Field,
     pub(crate) model: OpticalModel,
     pub(crate) intervals: &'a [KnotPair],
-    /// Of isosurfaces, in the unit of the scalars.
+    /// Values of isosurfaces, in the unit of the scalars.
     pub(crate) isovalues: &'a [f32],
     /// Whether cells may be drawn in pieces.
     pub(crate) pieces: bool,

@@ -1,4 +1,4 @@
-//! Twelve vertices a cell, three for each face (§6), in 32 and in 16 bits.
+//! Twelve vertices per cell, three for each face (§6), in 32 and in 16 bits.
 //!
 //! Each has the plane of the face opposite in three numbers (equation 4), where to put its
 //! ray parameter, one adjacent face's normal (§4.3), and what is the same for the whole
@@ -14,7 +14,7 @@ use tetrascope_gpu::wgpu::{self, BufferUsages};
 
 use crate::options::CellLayout;
 
-/// What `faces_floats.wgsl` and `faces_shorts.wgsl` call `placed` and `shaped`.
+/// The buffers that `faces_floats.wgsl` and `faces_shorts.wgsl` call `placed` and `shaped`.
 pub(crate) type Buffers = [wgpu::Buffer; 2];
 
 /// The vertices of all faces, or nothing where cells share theirs.
@@ -81,7 +81,7 @@ pub(crate) fn upload(
 /// A vertex of a face, in normalized units.
 struct FaceVertex {
     position: DVec3,
-    /// Of the face opposite; z is not negative.
+    /// Normal of the face opposite; z is not negative.
     normal: DVec3,
     /// A point of that face.
     opposite: DVec3,

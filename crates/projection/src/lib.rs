@@ -3,7 +3,7 @@
 //! M. Weiler, M. Kraus, T. Ertl, "Hardware-Based View-Independent Cell Projection",
 //! IEEE Symposium on Volume Visualization 2002.
 //!
-//! What the device keeps does not depend on the view (§3.1): vertices, cells and
+//! The data on the device do not depend on the view (§3.1): vertices, cells and
 //! scalars. Reading order:
 //!
 //! 1. `mesh` uploads the mesh, each vertex once (§8: "reuse vertices of the mesh").
@@ -29,7 +29,7 @@
 //!    With [`ExitSearch::PerVertex`] as published, `passes::faces` takes its place: front
 //!    faces are drawn, `faces.wgsl` computes ray parameters at their vertices (§4.2, §4.3)
 //!    and `face.wgsl` takes the least of what is interpolated (§4.1). Its vertices are
-//!    shared or in the layouts of `faces` (§6: 720 bytes a cell, §7: 456).
+//!    shared or in the layouts of `faces` (§6: 720 bytes per cell, §7: 456).
 //! 5. Isosurfaces (§5.2) take one pass in place of these: `passes::surface`
 //!    (`surface.wgsl`) finds in each fragment where the ray meets the nearest, shades it by
 //!    the cell's gradient, and lets the depth buffer hide the others, so no order is
@@ -96,10 +96,10 @@
 //!   no pixel is singular; in 16 bits it is 3e-4. At 512x512, in emission, no pixel of the
 //!   Blunt Fin (RMSE 3e-6) or SPX (7e-8) is off by 0.02, and 36 of the heat-sink are, by up
 //!   to 0.46: its vertices are on a lattice, and some rays go through them. Minimum textures
-//!   ([`ExitSearch::PerVertexTexture`]) lose stretched cells: with 64 samples a side a cube
+//!   ([`ExitSearch::PerVertexTexture`]) lose stretched cells: with 64 samples per side a cube
 //!   errs by 3e-5 and a bar eight times as long by 2e-3.
 //! - Tables err by the square of their samples' distance where the transfer function is
-//!   smooth (3e-5 in a picture for 64 samples a side), but by no less than it at steps;
+//!   smooth (3e-5 in a picture for 64 samples per side), but by no less than it at steps;
 //!   and a segment shorter than one sample of the length is too clear by the share σ h/2,
 //!   h being that sample: cells much smaller than the longest edge show it.
 //! - Where the device cannot blend f32, sums are kept in f16 and the frame says so,
@@ -168,5 +168,5 @@ use tetrascope_core::Abilities;
 /// The name in lists and messages.
 pub const NAME: &str = "projection";
 
-/// What it draws beyond the volumetric optical models.
+/// The parts of an appearance that it draws beyond the volumetric optical models.
 pub const ABILITIES: Abilities = Abilities::ALL;

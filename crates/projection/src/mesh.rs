@@ -40,12 +40,12 @@ pub(crate) struct Geometry {
     pub(crate) longest: f32,
     /// The same of each cell, 0 where it has no volume.
     pub(crate) longest_edges: Arc<[f32]>,
-    /// What orders that are made on the CPU know of all cells, made when it is first needed.
+    /// Centers of all cells, for orders that are made on the CPU; made when first needed.
     pub(crate) centers: Arc<OnceLock<Arc<[Vec3]>>>,
     pub(crate) shape: Arc<OnceLock<Arc<Shape>>>,
     /// Why an order by faces may be wrong whatever the view, found when it is first asked for.
     pub(crate) unproven: Arc<OnceLock<Option<String>>>,
-    /// What the vertices are in camera space, once a frame has begun.
+    /// The vertices in camera space, once a frame has begun.
     pub(crate) transformed: wgpu::Texture,
 }
 
@@ -77,7 +77,7 @@ pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
 
 impl Geometry {
     pub(crate) fn upload(gpu: &Gpu, mesh: &TetMesh, domain: Domain) -> Result<Geometry, Error> {
-        // Four vertices a cell are numbered in 32 bits.
+        // Four vertices per cell are numbered in 32 bits.
         let most = u32::MAX / 4;
         if mesh.cell_count() as u64 > u64::from(most) {
             return Err(Error::TooLarge {

@@ -41,7 +41,7 @@ enum Eye {
     Toward(DVec3),
 }
 
-/// What does not depend on the view.
+/// The part of the order that does not depend on the view.
 #[derive(Debug)]
 pub(crate) struct Mpvo {
     mesh: TetMesh,
@@ -49,7 +49,7 @@ pub(crate) struct Mpvo {
     shown: Vec<bool>,
 }
 
-/// What an appearance does not change either.
+/// The part of it that does not depend on the appearance either.
 #[derive(Debug)]
 pub(crate) struct Shape {
     /// Normalized.
@@ -75,7 +75,7 @@ impl Shape {
 #[derive(Clone, Copy, PartialEq)]
 enum State {
     New,
-    /// What is behind it is being searched.
+    /// The cells behind it are being searched.
     Open,
     Done,
 }

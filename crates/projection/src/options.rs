@@ -1,4 +1,4 @@
-//! What can be chosen.
+//! Options of projection.
 
 use tetrascope_core::{Appearance, Error, OpticalModel, Projection, Settings, View};
 pub use tetrascope_f32::Domain;
@@ -30,7 +30,7 @@ pub struct ProjectionOptions {
     pub minimum_side: u32,
     /// How isosurfaces are found in a cell.
     pub surfaces: SurfaceSearch,
-    /// What positions, scalars of isosurfaces and the depth cue are relative to, for parts of a
+    /// The box and range to which positions, scalars of isosurfaces and the depth cue are relative, for parts of a
     /// mesh or steps of a time series that are to agree; `None` for the volume's own.
     pub domain: Option<Domain>,
 }
@@ -71,10 +71,10 @@ pub enum ExitSearch {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum CellLayout {
-    /// Four indices a cell into vertices that cells share (§8): 16 bytes a cell,
-    /// 16 bytes a vertex, and 4 bytes a cell that is drawn.
+    /// Four indices per cell into vertices that cells share (§8): 16 bytes per cell,
+    /// 16 bytes per vertex, and 4 bytes per cell that is drawn.
     SharedVertices,
-    /// Twelve vertices a cell, three for each face, of fifteen numbers (§6): 720 bytes.
+    /// Twelve vertices per cell, three for each face, of fifteen numbers (§6): 720 bytes.
     /// For ray parameters at vertices.
     TwelveFloats,
     /// The same with eleven of the numbers in 16 bits (§7): 456 bytes.
@@ -209,7 +209,7 @@ fn unsupported(what: &str, reason: &str) -> Result<(), Error> {
 }
 
 impl SurfaceSearch {
-    /// The most samples a side of a table.
+    /// The most samples per side of a table.
     pub const MOST: u32 = 2048;
 
     /// Refuses numbers out of range.
@@ -231,7 +231,7 @@ impl SurfaceSearch {
 }
 
 impl ExitSearch {
-    /// The most samples a side of a minimum texture: 64 MiB.
+    /// The most samples per side of a minimum texture: 64 MiB.
     pub const MOST: u32 = 256;
 }
 

@@ -1,4 +1,4 @@
-//! What is recorded, pass by pass.
+//! The passes of a frame, one per file.
 
 pub(crate) mod cell;
 pub(crate) mod faces;

@@ -1,7 +1,7 @@
 //! Times frames of a mesh against the ground truth: the Blunt Fin if `TETRASCOPE_DATA` has it, else
 //! the sphere of as many cells as the first argument says.
 //!
-//! Prints medians of nine frames, steps a second and the error; `cargo bench` compares algorithms.
+//! Prints medians of nine frames, steps per second and the error; `cargo bench` compares algorithms.
 
 use std::time::Instant;
 

@@ -67,7 +67,7 @@ pub(crate) struct Caster {
     level: Level,
 }
 
-/// What the tiles of a frame share.
+/// Data that the tiles of a frame share.
 struct Scene<'a> {
     caster: &'a Caster,
     rays: Rays<'a>,
@@ -114,7 +114,7 @@ impl Caster {
         Ok(())
     }
 
-    /// Draws a valid view; each ray ends where `ends` says, world units, one a pixel.
+    /// Draws a valid view; each ray ends where `ends` says, world units, one per pixel.
     pub(crate) fn draw(&self, view: &View, ends: Option<&[f64]>) -> Result<Frame, Error> {
         self.check_eye(view)?;
         let grid = &self.field.grid;
@@ -168,8 +168,8 @@ impl Caster {
 
     /// The optical depth behind which rays stop.
     ///
-    /// What is behind counts as one more segment, whose light may be off by the tolerance, too;
-    /// a quarter of it is left to what is before.
+    /// The optical depth at which a ray stops. All that is behind counts as one more segment, whose
+    /// light may be off by the tolerance, too; a quarter of it is left to what is before.
     fn stop_depth(&self) -> f64 {
         let unseen = -(0.25 * self.options.tolerance).ln();
         f64::from(self.options.stop_depth()).min(unseen)

@@ -90,5 +90,5 @@ use tetrascope_core::Abilities;
 /// The name in lists and messages.
 pub const NAME: &str = "raycast-cpu";
 
-/// What it draws beyond the volumetric optical models.
+/// The parts of an appearance that it draws beyond the volumetric optical models.
 pub const ABILITIES: Abilities = Abilities::ALL;

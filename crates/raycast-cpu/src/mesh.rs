@@ -98,7 +98,7 @@ impl Caster {
         Ok(())
     }
 
-    /// Draws a valid view; each ray ends where `ends` says, world units, one a pixel.
+    /// Draws a valid view; each ray ends where `ends` says, world units, one per pixel.
     pub(crate) fn draw(&self, view: &View, ends: Option<&[f64]>) -> Result<Frame, Error> {
         let Caster { mesh, style, .. } = self;
         let appearance = &style.appearance;
@@ -231,7 +231,7 @@ impl FrameScene<'_> {
     }
 }
 
-/// What the rays of one class in a block are cast through.
+/// Data that the rays of one class in a block are cast through.
 struct Scene<'a> {
     mesh: &'a Packed,
     style: &'a Style,

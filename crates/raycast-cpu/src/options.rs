@@ -11,7 +11,7 @@ pub struct RaycastCpuOptions {
     /// How far the light of one segment of a ray in a grid may be off, relative to the greatest;
     /// grids only.
     pub tolerance: f64,
-    /// What numbers of a mesh are relative to: of a whole of which it is a part, or of a series of
+    /// The box and range to which numbers of a mesh are relative: those of a whole of which it is a part, or of a series of
     /// which it is a step; `None` for its own.
     pub domain: Option<Domain>,
     /// Threads that draw; `None` is rayon's own pool, one a core. Pixels do not depend on it.

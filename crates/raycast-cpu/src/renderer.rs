@@ -22,7 +22,7 @@ pub struct RaycastCpu {
     pool: Option<Arc<rayon::ThreadPool>>,
 }
 
-/// What rays are cast through.
+/// The body that rays are cast through.
 #[derive(Debug)]
 enum Body {
     Mesh(Box<mesh::Caster>),
@@ -118,7 +118,7 @@ impl RaycastCpu {
     }
 }
 
-/// What a pixel takes: its color and depth in a block and in the frame.
+/// Bytes for a pixel: its color and depth in a block and in the frame.
 const BYTES_PER_PIXEL: u64 = 2 * (16 + 4);
 
 fn in_pool<T: Send>(pool: &Option<Arc<rayon::ThreadPool>>, work: impl FnOnce() -> T + Send) -> T {
@@ -187,7 +187,7 @@ mod tests {
 
     use super::*;
 
-    /// What every processor of its kind has draws the same as what this one has: vectors of other
+    /// The instructions that every processor of its kind has draw the same as those that this one has: vectors of other
     /// widths, and without fused products.
     #[test]
     fn instruction_sets_agree() {

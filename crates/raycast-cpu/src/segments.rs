@@ -4,7 +4,7 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::optics::over;
 use tetrascope_core::{Error, OpticalModel, View};
 
-/// What a ray gathers between coming into a mesh and leaving it.
+/// The light that a ray gathers between coming into a mesh and leaving it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathSegment {
     /// Where it comes in, world units from where the ray starts.
@@ -24,9 +24,9 @@ pub struct PathSegment {
 /// through others in between.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathSegments {
-    /// Pixels a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Where the segments of each pixel begin in `segments`, row by row, and where the last end.
     pub begins: Vec<u32>,

@@ -22,7 +22,7 @@ pub(crate) struct March {
     pub(crate) anchor_y: [f32; 4],
     /// The eye with w = 1, or the common direction with w = 0.
     pub(crate) eye: [f32; 4],
-    /// Of the camera, a unit vector; w is unused.
+    /// Direction of the camera, a unit vector; w is unused.
     pub(crate) forward: [f32; 4],
     /// t of the camera's plane from the anchors' plane; orthographic only.
     pub(crate) eye_depth: f32,
@@ -33,7 +33,7 @@ pub(crate) struct March {
     /// The optical depth beyond which a ray stops.
     pub(crate) stop_depth: f32,
     pub(crate) unused: f32,
-    /// Of the boundary that were peeled.
+    /// Layers of the boundary that were peeled.
     pub(crate) layers: u32,
     /// A ray in this many layers may be in more, and searches lists.
     pub(crate) listed_from: u32,
@@ -71,7 +71,7 @@ pub(crate) struct Progress {
     pub(crate) goes_on: u32,
     /// 1 if no dispatch follows: then the rays left are among what the frame counts.
     pub(crate) is_last: u32,
-    /// Of pixels.
+    /// First row of pixels.
     pub(crate) first_row: u32,
 }
 

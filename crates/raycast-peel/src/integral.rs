@@ -1,4 +1,4 @@
-//! What both ways of stepping integrate with: a table of segments' integrals, and how sides are
+//! The data with which both ways of stepping integrate: a table of segments' integrals, and how sides are
 //! decided.
 
 use tetrascope_core::{Appearance, Error, OpticalModel, TetMesh};

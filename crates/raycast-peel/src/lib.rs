@@ -71,7 +71,7 @@
 //! - Steps end after as many passes as there are cells, so that no ray hangs.
 //! - With [`Crossings::Sides`] none of the paper's geometry is left, but all of its passes and
 //!   textures: a cell's faces are crossed as in [`Passes::Single`], the texel of gradient and
-//!   scalar has the scalars of the four corners, and there are no normals (96 bytes a cell). A
+//!   scalar has the scalars of the four corners, and there are no normals (96 bytes per cell). A
 //!   boundary face is drawn as a rectangle of pixels, its rays decide, and layers are in the
 //!   order of (λ, cell), where nothing ties and nothing is lost. On the seven meshes of
 //!   `tests/pictures/models.rs`, in the four models that both draw and at 512x512, the forms then
@@ -83,7 +83,7 @@
 //! axes is [`Integration::Table3d`], and its table with two, for which every segment is
 //! equally long, [`Integration::TableFixed`]: the paper does not say how long, here it is
 //! the mean of all cells. That errs by lengths, not by resolution: 1.7e-2 (RMSE) on a
-//! sphere of 3000 cells, with 32 samples a side and with 256. [`Integration::Table2d`] is
+//! sphere of 3000 cells, with 32 samples per side and with 256. [`Integration::Table2d`] is
 //! not the paper's: exact in length, for the optical models whose integral is linear in it.
 //!
 //! # Measured
@@ -206,5 +206,5 @@ use tetrascope_core::Abilities;
 /// The name in lists and messages.
 pub const NAME: &str = "raycast-peel";
 
-/// What it draws beyond the volumetric optical models; [`Passes::PingPong`] none of it.
+/// The parts of an appearance that it draws beyond the volumetric optical models; [`Passes::PingPong`] draws none of them.
 pub const ABILITIES: Abilities = Abilities::ALL;

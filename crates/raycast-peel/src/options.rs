@@ -1,4 +1,4 @@
-//! What can be chosen.
+//! Options of ray casting.
 
 use tetrascope_core::{Abilities, Appearance, Bounds, Error, OpticalModel, Settings};
 pub use tetrascope_f32::Domain;
@@ -25,7 +25,7 @@ pub struct RaycastOptions {
     pub stop_opacity: f32,
     /// In which order the mesh lies in memory.
     pub locality: Locality,
-    /// What positions, scalars of isosurfaces and the depth cue are relative to, for parts of a
+    /// The box and range to which positions, scalars of isosurfaces and the depth cue are relative, for parts of a
     /// mesh or steps of a time series that are to agree; `None` for the volume's own.
     pub domain: Option<Domain>,
     /// How a ray finds the boundary faces that it crosses. [`Passes::Single`] only.

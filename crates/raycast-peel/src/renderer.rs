@@ -69,7 +69,7 @@ impl RaycastPeel {
 
 #[cfg(test)]
 impl RaycastPeel {
-    /// What draws with `single`.
+    /// A renderer that draws with `single`.
     pub(crate) fn with(gpu: &Gpu, single: Single) -> RaycastPeel {
         RaycastPeel {
             canvas: Canvas::new(gpu).expect("one texel"),

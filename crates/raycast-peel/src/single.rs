@@ -38,7 +38,7 @@ pub(crate) struct Single {
     mesh: Mesh,
     style: Style,
     peeling: Option<Peeling>,
-    /// What is bound where there are no isosurfaces.
+    /// The texture that is bound where there are no isosurfaces.
     no_distances: wgpu::Texture,
     /// Whether a frame had rays that one dispatch did not finish.
     is_long: Arc<AtomicBool>,

@@ -44,12 +44,12 @@ use crate::cell::{Cell, Crossing};
 pub(crate) const DISPLACEMENT: f64 = 64.0 * UNIT;
 /// q per L / W.
 const SHIFT: f64 = 96.0 * UNIT;
-/// Of a z by its vertices' z.
+/// Rounding of a z, in parts of its vertices' z.
 const Z_ROUNDING: f64 = 64.0 * UNIT;
 /// The unit roundoff u.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// What an appearance contributes to error bounds.
+/// The contribution of an appearance to error bounds.
 pub(crate) struct Steepness<'a> {
     knots: &'a [Knot],
     model: OpticalModel,

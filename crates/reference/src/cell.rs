@@ -10,7 +10,7 @@ pub(crate) struct Cell {
     x: [f64; 4],
     y: [f64; 4],
     z: [f64; 4],
-    /// What a ray's position is multiplied with before it is subtracted: z, or 1
+    /// The factor of a ray's position before it is subtracted: z, or 1
     /// in an orthographic view.
     shear: [f64; 4],
     scalars: [f64; 4],
@@ -18,7 +18,7 @@ pub(crate) struct Cell {
     diameter: f64,
 }
 
-/// What a ray has in common with a cell.
+/// The part that a ray and a cell have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Crossing {
     /// Whether it has no length, yet the scalar changes on it.
@@ -61,7 +61,7 @@ const FACES: [([usize; 3], [usize; 3]); 4] = [
     ([1, 2, 3], [3, 4, 5]),
 ];
 
-/// What rounding makes of two scalars at one point is less, in parts of the cell's range: a ray through
+/// The greatest difference that rounding makes of two scalars at one point, in parts of the cell's range: a ray through
 /// an edge or a vertex meets two faces there.
 const GRAZED: f64 = 1e-9;
 
@@ -204,7 +204,7 @@ impl Cell {
         }
     }
 
-    /// What [`Cell::meet_at`] says of a face.
+    /// The ray's place on a face, for [`Cell::meet_at`].
     #[inline(always)]
     fn meet(&self, face: u32, areas: &[f64; 6]) -> (f64, f64, f64) {
         // Spelled out, so that the indices are constants.

@@ -1,4 +1,4 @@
-//! What depends on the mesh's geometry alone: its cells, and the BVH that finds them.
+//! The data that depend on the mesh's geometry alone: its cells, and the BVH that finds them.
 
 use std::time::Duration;
 

@@ -62,7 +62,7 @@ use walk::{Line, Stretch, Walk};
 
 /// How far a point may be off, of the greatest distance.
 const DISPLACEMENT: f64 = 64.0 * UNIT;
-/// Of a scalar by interpolation, of the greatest sample.
+/// Rounding of a scalar by interpolation, in parts of the greatest sample.
 const INTERPOLATION: f64 = 32.0 * UNIT;
 /// The unit roundoff u.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -84,9 +84,9 @@ pub(crate) struct GridBody {
 pub(crate) struct GridScene<'a> {
     body: &'a GridBody,
     look: Look,
-    /// What the model `Isosurfaces` draws in place of the volume.
+    /// The surfaces that the model `Isosurfaces` draws in place of the volume.
     surfaces: Option<Surfaces>,
-    /// Of depth along `forward`.
+    /// Depth cue as a function of depth along `forward`.
     cue: Option<CueRamp>,
     /// Unit, world space.
     forward: DVec3,
@@ -107,7 +107,7 @@ impl GridBody {
         }
     }
 
-    /// What is drawn.
+    /// The grid that is drawn.
     pub(crate) fn grid(&self) -> &Grid {
         &self.grid
     }
@@ -207,7 +207,7 @@ impl GridBody {
         Some(CoveredCell::new(*corners, coverage))
     }
 
-    /// What the samples at the corners of a cell have, by their index.
+    /// The values of the samples at the corners of a cell, by their index.
     fn of_corners(&self, [x, y, z]: [usize; 3], of: impl Fn(usize) -> f64) -> [f64; 8] {
         let [nx, ny, _] = self.grid.dims();
         let first = x + nx * (y + ny * z);
@@ -401,7 +401,7 @@ impl GridScene<'_> {
 }
 
 impl GridScene<'_> {
-    /// What a search for surfaces comes to.
+    /// The outcome of a search for surfaces.
     fn met(&self, search: &Search) -> Outcome {
         let (light, depth, t) = match search.hit {
             Some(hit) => (hit.color, f64::INFINITY, hit.t),

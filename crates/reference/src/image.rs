@@ -10,9 +10,9 @@ use crate::ray::Outcome;
 /// An image in f64 with an error bound for each pixel.
 #[derive(Clone, Debug)]
 pub struct ReferenceImage {
-    /// Pixels a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Premultiplied linear RGBA, row-major, top row first, `width * height` texels.
     pub pixels: Vec<[f64; 4]>,

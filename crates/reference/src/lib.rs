@@ -111,7 +111,7 @@ use tile::{SIDE, Scene, Workspace};
 /// The name in lists and messages.
 pub const NAME: &str = "reference";
 
-/// What it draws beyond the volumetric optical models, of meshes and of regular grids.
+/// The parts of an appearance that it draws beyond the volumetric optical models, of meshes and of regular grids.
 pub const ABILITIES: Abilities = Abilities::ALL;
 
 /// This algorithm's entry.
@@ -152,7 +152,7 @@ pub struct Reference {
     bvh_builds: u64,
 }
 
-/// What rays are cast through.
+/// The body that rays are cast through.
 #[derive(Clone)]
 enum Body {
     Mesh {
@@ -371,7 +371,7 @@ impl Body {
         }
     }
 
-    /// What is in `volume`, with the BVH of a body `before` where that fits, and how many
+    /// The body of `volume`, with the BVH of a body `before` where that fits, and how many
     /// were built.
     fn of(volume: &Volume, before: Option<&Body>) -> Result<(Body, u64), Error> {
         match volume {
@@ -397,7 +397,7 @@ impl Body {
     }
 }
 
-/// What a pixel takes: its color, bound and depth, and the same as part of a frame.
+/// Bytes for a pixel: its color, bound and depth, and the same as part of a frame.
 const BYTES_PER_PIXEL: u64 = 32 + 8 + 8 + 16 + 4;
 
 /// Tiles that are drawn before they are put in their places: a million pixels, so that

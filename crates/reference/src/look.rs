@@ -1,4 +1,4 @@
-//! What an appearance asks of a ray beyond the integral: clip planes, depth cue, isosurfaces.
+//! The parts of an appearance beyond the integral: clip planes, depth cue, isosurfaces.
 
 use tetrascope_core::appearance::{CueRamp, nearest_crossing};
 use tetrascope_core::glam::{DVec2, DVec3};
@@ -17,14 +17,14 @@ pub(crate) struct Look<'a> {
     appearance: &'a Appearance,
     /// Unit normal and n · p of each clip plane, frame coordinates.
     planes: Vec<(DVec3, f64)>,
-    /// Of z in frame units.
+    /// Depth cue as a function of z in frame units.
     cue: Option<CueRamp>,
     lights: Vec<DirectionalLight>,
     /// The greatest channel that a lit surface can have.
     brightest: f64,
 }
 
-/// What clip planes and the eye leave of a ray, frame units.
+/// The stretch that clip planes and the eye leave of a ray, frame units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
     /// 0 or more.
@@ -70,7 +70,7 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// What is left of the ray at `p`.
+    /// The stretch that is left of the ray at `p`.
     pub(crate) fn stretch(&self, frame: &RayFrame, p: DVec2) -> Stretch {
         let mut stretch = Stretch {
             near: 0.0,

@@ -7,7 +7,7 @@ use tetrascope_core::optics::{self, RayIntegral, Segment};
 use crate::look::Hit;
 use crate::tile::{Line, Scene};
 
-/// What one cell contributes to a ray, before the eye.
+/// The contribution of one cell to a ray, before the eye is considered.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
     pub(crate) z_in: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Outcome {
     pub(crate) pixel: [f64; 4],
     pub(crate) light: [f64; 3],
     pub(crate) optical_depth: f64,
-    /// Of the isosurface that was met, world units along the ray; infinite without one.
+    /// Depth of the isosurface that was met, world units along the ray; infinite without one.
     pub(crate) surface_depth: f64,
     pub(crate) error: f64,
     pub(crate) consistency: Consistency,
@@ -80,7 +80,7 @@ impl Entry {
         self.z_in < other.z_in || (self.z_in == other.z_in && self.key() < other.key())
     }
 
-    /// What entries are sorted by. For numbers that are 0 or more, as z is before
+    /// The key by which entries are sorted. For numbers that are 0 or more, as z is before
     /// the eye, the order of the bits is that of the values.
     fn key(&self) -> (u64, u64, u32) {
         (self.z_in.to_bits(), self.z_out.to_bits(), self.cell)

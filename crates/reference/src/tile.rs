@@ -13,7 +13,7 @@ use crate::geometry::Geometry;
 use crate::look::{Look, Stretch};
 use crate::ray::{self, Entry, Outcome};
 
-/// Pixels a side. Measured on the Blunt Fin at 512×512.
+/// Pixels per side. Measured on the Blunt Fin at 512×512.
 pub(crate) const SIDE: usize = 16;
 
 /// Rays that one cell is tested against at once.
@@ -121,7 +121,7 @@ impl Line {
         }
     }
 
-    /// What of it is before `end`, world units.
+    /// The part of it before `end`, world units.
     fn before(mut self, end: f64) -> Line {
         let end = end / self.length_per_z;
         if end < self.stretch.far {

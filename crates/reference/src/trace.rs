@@ -11,7 +11,7 @@ use crate::ray::{self, Consistency};
 use crate::tile::{Line, Scene};
 use crate::{Body, Reference};
 
-/// What a ray and a cell have in common.
+/// The interval that a ray and a cell have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     /// The mesh's index of the cell.

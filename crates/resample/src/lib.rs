@@ -149,10 +149,10 @@ pub use tetrascope_slicing::Domain;
 /// The algorithm's name.
 pub const NAME: &str = "resample";
 
-/// What it draws beyond the volumetric optical models.
+/// The parts of an appearance that it draws beyond the volumetric optical models.
 pub const ABILITIES: Abilities = tetrascope_slicing::ABILITIES;
 
-/// What slices refuse is refused by this algorithm.
+/// Says in the name of this algorithm that slices refuse something.
 fn renamed(error: Error) -> Error {
     match error {
         Error::Unsupported { what, reason, .. } => Error::Unsupported {

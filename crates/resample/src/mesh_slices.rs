@@ -66,7 +66,7 @@ pub struct MeshSlices {
 }
 
 impl MeshSlices {
-    /// What of an appearance is drawn.
+    /// The parts of an appearance that are drawn.
     pub const ABILITIES: Abilities = Abilities {
         isosurfaces: false,
         ..Abilities::ALL

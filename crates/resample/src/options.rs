@@ -91,7 +91,7 @@ pub(crate) fn check_weights(side: u32) -> Result<(), Error> {
 /// Valid sizes of textures of weights.
 pub(crate) const WEIGHTS: RangeInclusive<u32> = 32..=1024;
 
-/// What stands for a sample outside of the mesh in a [`Grid`](tetrascope_core::Grid).
+/// The value of a sample outside of the mesh in a [`Grid`](tetrascope_core::Grid).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Outside {
     /// A [coverage](tetrascope_core::grid::coverage) of 0.
@@ -121,7 +121,7 @@ tetrascope_core::choices! {
 /// Options of [`Resampling`](crate::Resampling).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResamplingOptions {
-    /// What is between the mesh and its picture.
+    /// The representation between the mesh and its picture.
     pub mode: Mode,
     /// Samples along the longest axis of the mesh's box, [`MIN_SAMPLES`] to [`MAX_SAMPLES`]; they
     /// are about as far apart along the others.

@@ -23,7 +23,7 @@ const UNUSED: Vertex = Vertex {
     scalar: NO_SCALAR,
 };
 
-/// What is uploaded of a mesh, beside its cells.
+/// The data that are uploaded of a mesh, beside its cells.
 #[derive(Debug)]
 pub(crate) struct Placed {
     pub(crate) vertices: Vec<Vertex>,

@@ -25,7 +25,7 @@ pub struct Resampler {
     way: Way,
 }
 
-/// What takes the samples.
+/// The passes that take the samples.
 #[derive(Debug)]
 enum Way {
     Direct(Box<Direct>),

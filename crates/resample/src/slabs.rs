@@ -61,7 +61,7 @@ pub(crate) struct Elements {
     pub(crate) spans: wgpu::Buffer,
     pub(crate) list: wgpu::Buffer,
     cell_count: wgpu::Buffer,
-    /// What each slab's list is made of.
+    /// The inputs of each slab's list.
     groups: Vec<wgpu::BindGroup>,
 }
 

@@ -58,11 +58,11 @@ struct Pipelines {
 #[derive(Debug)]
 struct Sections {
     first: wgpu::RenderPipeline,
-    /// Of [`Passes::Two`].
+    /// The second pipeline of [`Passes::Two`].
     second: Option<wgpu::RenderPipeline>,
 }
 
-/// What a slice is drawn into.
+/// The targets of a slice.
 #[derive(Debug)]
 struct Targets {
     slice: wgpu::Texture,

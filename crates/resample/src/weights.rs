@@ -53,7 +53,7 @@ pub(crate) fn upload(gpu: &Gpu, side: u32) -> Result<([wgpu::Texture; 2], wgpu::
 mod tests {
     use super::*;
 
-    /// What a fragment gets from both textures is the interpolant, off by half a texel of p and q.
+    /// A fragment gets the interpolant from both textures, off by half a texel of p and q.
     #[test]
     fn weights_are_off_by_half_a_texel() {
         for side in [32, 64, 256, 1024] {

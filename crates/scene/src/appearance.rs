@@ -49,7 +49,7 @@ pub struct AppearanceSpec {
     /// Lights on surfaces; one at the eye unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lights: Option<Vec<DirectionalLight>>,
-    /// What lies behind any of these is cut away.
+    /// Planes behind which everything is cut away.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clip_planes: Option<Vec<ClipPlane>>,
 }

@@ -8,19 +8,19 @@ use crate::{
     AppearanceSpec, CameraSpec, ImageSpec, SCENE_VERSION, SceneFile, Survey, VolumeSource,
 };
 
-/// Pixels a side unless the scene says otherwise.
+/// Pixels per side unless the scene says otherwise.
 const DEFAULT_SIZE: u32 = 512;
 
 /// A complete scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// What to draw.
+    /// The volume.
     pub source: VolumeSource,
     /// How it looks.
     pub appearance: Appearance,
     /// From where, how large and before what.
     pub view: View,
-    /// What was chosen because the scene file left it out, one line each.
+    /// The choices for everything that the scene file left out, one line each.
     pub defaults: Vec<String>,
 }
 

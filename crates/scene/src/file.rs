@@ -22,7 +22,7 @@ pub const MAX_SCENE_BYTES: u64 = 1 << 20;
 pub struct SceneFile {
     /// [`SCENE_VERSION`].
     pub version: u32,
-    /// What to draw.
+    /// The volume.
     #[serde(default)]
     pub volume: VolumeSource,
     /// From where.

@@ -1,11 +1,11 @@
-//! What defaults are chosen from: a volume, or what was gathered from several.
+//! The subject that defaults are chosen from: a volume, or a survey of several.
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Bounds, Camera, CameraFit, Volume};
 
 use crate::distribution::Distribution;
 
-/// What is asked of a volume to complete a scene for it.
+/// The facts about a volume that complete a scene for it.
 pub(crate) trait Subject {
     /// The box around it.
     fn bounds(&self) -> Bounds;

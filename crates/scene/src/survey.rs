@@ -7,7 +7,7 @@ use crate::SceneFile;
 use crate::distribution::Distribution;
 use crate::subject::Subject;
 
-/// What a scene leaves out is chosen from, gathered from volume after volume as if they were
+/// The facts from which defaults of a scene are chosen, gathered from volume after volume as if they were
 /// one: see [`SceneFile::resolve_for_all`]. It does not grow with the volumes.
 #[derive(Clone, Debug)]
 pub struct Survey {
@@ -16,10 +16,10 @@ pub struct Survey {
     needs_values: bool,
     volumes: usize,
     bounds: Bounds,
-    /// Of all volumes, if they are the same.
+    /// The axes of all volumes' boxes, if they are the same.
     box_axes: Option<[DVec3; 3]>,
     cell_count: usize,
-    /// Of each volume, the part of its box that cells fill, times its box; the greatest, over
+    /// The volume that cells fill: of each volume, the part of its box that they fill, times its box; the greatest, over
     /// the box around all.
     filled: f64,
     scalar_range: Option<(f64, f64)>,
@@ -27,7 +27,7 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Of no volume yet, for a scene.
+    /// A survey of no volume yet, for a scene.
     pub fn new(scene: &SceneFile) -> Survey {
         let (width, height) = scene.image.size();
         let aspect = f64::from(width) / f64::from(height.max(1));

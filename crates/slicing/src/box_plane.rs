@@ -117,7 +117,7 @@ impl VertexProgram {
         }
     }
 
-    /// What all planes that cut `cut` share.
+    /// The values that all planes through `cut` share.
     pub fn corners(&self, cut: &SlicedBox) -> Corners {
         let places = [0, 1, 2, 3, 4, 5, 6, 7].map(|bits| cut.corner(bits));
         Corners {

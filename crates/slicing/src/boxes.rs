@@ -13,7 +13,7 @@ const LEAST_CELLS: usize = 8;
 /// level have the same size, so those at the far ends may reach out of the volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Boxes {
-    /// Of the volume, along each axis.
+    /// Cells of the volume along each axis.
     pub(crate) cells: [usize; 3],
     /// How often each axis is halved.
     halvings: [u32; 3],

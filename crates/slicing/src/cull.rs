@@ -27,7 +27,7 @@ const LABEL: &str = "slicing::cull";
 /// Boxes of a workgroup.
 const BLOCK: u32 = 256;
 
-/// What does not depend on the volume.
+/// The parts of the pass that do not depend on the volume.
 #[derive(Debug)]
 pub(crate) struct CullPass {
     layout: wgpu::BindGroupLayout,
@@ -43,16 +43,16 @@ pub(crate) struct CullData {
     bricks: wgpu::Buffer,
 }
 
-/// What tells by a box's range whether it can show.
+/// The table that tells by a box's range whether it can show.
 #[derive(Debug)]
 enum Judge {
-    /// Of ranges that the CPU knows.
+    /// For ranges that the CPU knows.
     Samples {
         table: Arc<SkipTable>,
-        /// Of the levels that were drawn, the boxes' ranges.
+        /// The boxes' ranges, of the levels that were drawn.
         ranges: Mutex<HashMap<u32, wgpu::Buffer>>,
     },
-    /// Of those that only the device knows.
+    /// For ranges that only the device knows.
     Device(FloatTable),
 }
 
@@ -72,7 +72,7 @@ pub(crate) struct Culling {
     pub(crate) bytes: u64,
 }
 
-/// What a frame draws and from where it is seen.
+/// The scene of a frame, and from where it is seen.
 pub(crate) struct Cast<'a> {
     pub(crate) level: u32,
     pub(crate) slicer: Slicer,
@@ -287,7 +287,7 @@ fn entries(
 }
 
 impl Judge {
-    /// What the shader needs to judge ranges of a level; the rest is 0.
+    /// The numbers with which the shader judges ranges of a level; the rest is 0.
     fn uniform(&self, boxes: &Boxes, level: u32) -> Cull {
         match self {
             Judge::Samples { .. } => Cull::zeroed(),

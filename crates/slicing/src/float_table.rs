@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     impl FloatTable {
-        /// What `entries_of` of `cull.wgsl` does.
+        /// The twin of `entries_of` in `cull.wgsl`.
         fn shows(&self, low: f32, high: f32) -> bool {
             if low > high {
                 return false;

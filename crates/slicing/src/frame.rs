@@ -49,7 +49,7 @@ pub(crate) struct FrameGeometry {
     /// Everything but what depends on boxes and samples.
     uniform: gpu_data::CameraUniform,
     pub(crate) viewer: Viewer,
-    /// What is in front of the eye and inside of the image.
+    /// The part of space in front of the eye and inside of the image.
     pub(crate) frustum: Frustum,
     /// From normalized to camera space.
     pub(crate) camera: DAffine3,

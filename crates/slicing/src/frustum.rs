@@ -2,7 +2,7 @@
 
 use tetrascope_core::glam::{DVec3, DVec4, Vec3, Vec4};
 
-/// What is seen of the volume: where every plane has normal · p + w ≥ 0, lattice space.
+/// The part of the volume that is seen: where every plane has normal · p + w ≥ 0, lattice space.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Frustum {
     pub(crate) planes: Vec<Vec4>,

@@ -51,7 +51,7 @@ pub(crate) struct PlacedBox {
     pub(crate) padding_too: i32,
 }
 
-/// What `vs_polygon` takes for a vertex.
+/// A vertex as `vs_polygon` takes it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct Corner {
@@ -99,7 +99,7 @@ pub(crate) struct Ranges {
     pub(crate) padding: u32,
 }
 
-/// What an indexed draw takes from the device; the mirror of `Arguments` in `cull.wgsl`.
+/// The arguments that an indexed draw takes from the device; the mirror of `Arguments` in `cull.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub(crate) struct Arguments {

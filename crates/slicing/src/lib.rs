@@ -147,5 +147,5 @@ use tetrascope_core::Abilities;
 /// The algorithm's name.
 pub const NAME: &str = "slicing";
 
-/// What it draws beyond the volumetric optical models.
+/// The parts of an appearance that it draws beyond the volumetric optical models.
 pub const ABILITIES: Abilities = Abilities::ALL;

@@ -32,7 +32,7 @@ pub(crate) enum Viewer {
     Direction(DVec3),
 }
 
-/// What a traversal looks at.
+/// The boxes and the view of a traversal.
 struct Seen<'a> {
     visibility: &'a Visibility,
     viewer: Viewer,
@@ -129,7 +129,7 @@ impl Octree {
         self.ranges[level as usize][self.boxes.index(level, place)]
     }
 
-    /// What tells by a range of samples whether `appearance` shows any of it.
+    /// The table that tells by a range of samples whether `appearance` shows any of it.
     pub(crate) fn table(&self, appearance: &Appearance) -> SkipTable {
         SkipTable::new(appearance, self.sample_type)
     }

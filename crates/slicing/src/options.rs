@@ -1,4 +1,4 @@
-//! What can be chosen.
+//! Options of slicing.
 
 use tetrascope_core::grid::coverage::fades;
 use tetrascope_core::grid::{Interpolation, Lattice};
@@ -16,13 +16,13 @@ pub struct SlicingOptions {
     /// [[`MIN_SLICES_PER_VOXEL`], [`MAX_SLICES_PER_VOXEL`]]. Where those are thousands, as
     /// samples are near each other along one axis alone, on its own way from sample to sample.
     pub slices_per_voxel: f64,
-    /// What is computed for a slab.
+    /// The quantity that is computed for a slab.
     pub integration: Integration,
     /// How samples are interpolated.
     pub filtering: Filtering,
     /// How long a slab is.
     pub step_length: StepLength,
-    /// What happens to slabs that are partly outside of the volume.
+    /// The treatment of slabs that are partly outside of the volume.
     pub slab_ends: SlabEnds,
     /// Which edges of a box count as cut by a plane; [`Slicer::Rays`] has none.
     pub plane_test: PlaneTest,
@@ -36,9 +36,9 @@ pub struct SlicingOptions {
     pub shading: Shading,
     /// How isosurfaces are found.
     pub crossing: Crossing,
-    /// What lit volumes and isosurfaces have for normals.
+    /// The normals of lit volumes and isosurfaces.
     pub gradient: Gradient,
-    /// What positions, scalars of isosurfaces and the depth cue are relative to, for parts of a
+    /// The box and range to which positions, scalars of isosurfaces and the depth cue are relative, for parts of a
     /// grid or steps of a time series that are to agree; `None` for the volume's own.
     pub domain: Option<Domain>,
     /// How samples lie in textures.
@@ -193,7 +193,7 @@ impl SlicingOptions {
     }
 }
 
-/// What is computed for a slab between two planes.
+/// The quantity that is computed for a slab between two planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Integration {
     /// Post-classification (§7): the color and extinction of the sample in the middle,
@@ -230,7 +230,7 @@ pub enum StepLength {
     Planar,
 }
 
-/// What happens to slabs that are partly outside of the volume.
+/// The treatment of slabs that are partly outside of the volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SlabEnds {
     /// They count for the part inside.
@@ -286,8 +286,8 @@ pub enum Level {
     /// This level, at most [`MAX_LEVEL`]; 0 is one box.
     Fixed(u32),
     /// For drawing, the level for which fragments saved most outweigh polygons added, or on the
-    /// device, where nobody counts boxes before, the first of at most 16 cells a side; for
-    /// bricks, the first of at most 64 cells a side that fit the budget.
+    /// device, where nobody counts boxes before, the first of at most 16 cells per side; for
+    /// bricks, the first of at most 64 cells per side that fit the budget.
     Auto,
 }
 
@@ -344,7 +344,7 @@ pub enum Crossing {
     Linear,
 }
 
-/// What gradients are.
+/// The kind of gradients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Gradient {
     /// [`Gradient::Trilinear`] of isosurfaces, and [`Gradient::CentralDifferences`] of lit
@@ -353,7 +353,7 @@ pub enum Gradient {
     /// Differences of samples one voxel before and behind along each axis, on the fly, as
     /// published (§7): six fetches. Smoother than the field itself, which has edges.
     CentralDifferences,
-    /// Of the trilinear interpolant in its cell, as `tetrascope_core::appearance` defines it.
+    /// Gradients of the trilinear interpolant in its cell, as `tetrascope_core::appearance` defines it.
     Trilinear,
 }
 

@@ -62,7 +62,7 @@ impl Polygons {
         Ok(polygons)
     }
 
-    /// What is sent to the device.
+    /// The bytes that are sent to the device.
     pub(crate) fn bytes(&self) -> u64 {
         (size_of_val(&self.corners[..]) + size_of_val(&self.indices[..])) as u64
     }

@@ -26,7 +26,7 @@ pub(crate) struct DeviceRanges {
     levels: Vec<LevelPass>,
 }
 
-/// What finds the ranges of one level.
+/// The pass that finds the ranges of one level.
 #[derive(Debug)]
 struct LevelPass {
     pipeline: wgpu::ComputePipeline,

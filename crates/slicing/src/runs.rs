@@ -3,7 +3,7 @@
 use tetrascope_core::OpticalModel;
 use tetrascope_shaders::loops::RUN_PASSES;
 
-/// What the loops of a slab depend on.
+/// The numbers on which the loops of a slab depend.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Work {
     pub(crate) model: OpticalModel,
@@ -22,10 +22,10 @@ const MOST_CELLS: u64 = 13;
 const NEXT_PLANE: u64 = 4;
 const LAYERS: u64 = 3;
 
-/// Of a slab: two ends, for each of which boxes are sought, and what a branch around a loop takes.
+/// Passes of a slab: two ends, for each of which boxes are sought, and what a branch around a loop takes.
 const ENDS: u64 = 16;
 
-/// Of a run: eight neighbors with parts beyond the first of each piece. Each has an optical depth
+/// Passes of a run: eight neighbors with parts beyond the first of each piece. Each has an optical depth
 /// of 1, and a ray ends at the opaque depth, so they are 48 at most, as `LOOPS` has them for a slab;
 /// or with what is met of a surface, which ends a run, 24 halvings.
 const ONCE: u64 = 8 * 64;

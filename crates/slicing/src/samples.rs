@@ -1,4 +1,4 @@
-//! What of a renderer does not depend on the appearance: the samples and what is known of them.
+//! The part of a renderer that does not depend on the appearance: the samples and what is known of them.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::octree::Octree;
 use crate::options::SlicingOptions;
 use crate::ranges::DeviceRanges;
 
-/// What does not depend on the appearance.
+/// The part that does not depend on the appearance.
 #[derive(Debug)]
 pub(crate) struct Samples {
     pub(crate) content: Content,
@@ -210,7 +210,7 @@ impl Samples {
         }
     }
 
-    /// What is read brick by brick, with its octree, unless it is on the device.
+    /// The source that is read brick by brick, with its octree, unless it is on the device.
     pub(crate) fn source(&self) -> Option<(&Arc<dyn BrickSource>, &Octree)> {
         match &self.content {
             Content::Source { source, octree } => Some((source, octree)),

@@ -24,7 +24,7 @@ use crate::voxels::Voxels;
 
 const LABEL: &str = "slicing::slice";
 
-/// What does not depend on the volume.
+/// The parts of the pass that do not depend on the volume.
 #[derive(Debug)]
 pub(crate) struct SlicePass {
     frame_layout: wgpu::BindGroupLayout,
@@ -45,14 +45,14 @@ pub(crate) struct SliceData {
     pub(crate) slabs_per_run: u32,
 }
 
-/// What a frame is drawn with.
+/// The data that a frame is drawn with.
 pub(crate) struct SliceFrame {
     group: wgpu::BindGroup,
     boxes: wgpu::Buffer,
     shape: Shape,
 }
 
-/// What is drawn for boxes.
+/// The shape that is drawn for boxes.
 pub(crate) enum Shape {
     /// A stack of polygons an instance, for the vertex program.
     Stack {
@@ -80,7 +80,7 @@ pub(crate) enum Shape {
 /// field wants as many before.
 const CORRECTIONS: f64 = 8.0;
 
-/// What the pipeline of an appearance depends on.
+/// The facts on which the pipeline of an appearance depends.
 pub(crate) struct Look<'a> {
     pub(crate) intervals: &'a wgpu::Buffer,
     pub(crate) interval_count: usize,
@@ -266,7 +266,7 @@ impl SlicePass {
         Ok((kept.1.clone(), slabs_per_box * TRIANGLES.len() as u32))
     }
 
-    /// What a frame is drawn with, from its buffers; the look's uniform and items are two.
+    /// The data that a frame is drawn with, from its buffers; the look's uniform and items are two.
     pub(crate) fn frame(
         &self,
         gpu: &Gpu,
@@ -320,7 +320,7 @@ impl SlicePass {
 }
 
 impl Look<'_> {
-    /// What loops of a slab depend on.
+    /// The numbers on which loops of a slab depend.
     fn work(&self, options: &SlicingOptions) -> Work {
         let model = self.appearance.optical_model;
         let cells = model == OpticalModel::Isosurfaces && options.crossing == Crossing::Cells;

@@ -22,16 +22,16 @@ pub(crate) const MOST: f32 = 1e20;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Texels {
     pub(crate) format: TextureFormat,
-    /// What reads them.
+    /// The program that reads them.
     pub(crate) program: &'static str,
     /// Whether they are read as a scalar with a coverage behind it, of which there is only some or
     /// none; `None` if the program does not ask.
     pub(crate) covered: Option<bool>,
     /// Whether the texture unit filters them.
     pub(crate) filtered: bool,
-    /// What is read times this is the sample.
+    /// The factor that makes a sample of a texel's number.
     unit: f32,
-    /// Of one texel.
+    /// Bytes of one texel.
     pub(crate) bytes: u64,
 }
 

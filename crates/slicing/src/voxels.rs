@@ -143,7 +143,7 @@ impl Voxels {
         self.slots.as_ref().is_none_or(|s| s.complete)
     }
 
-    /// What turns the index of a sample in a box into its texel, if it is on the device.
+    /// The offset from the index of a sample in a box to its texel, if it is on the device.
     pub(crate) fn texel(&self, boxes: &Boxes, level: u32, place: Place) -> Option<[i32; 3]> {
         let Some(slots) = &self.slots else {
             return Some([0; 3]);

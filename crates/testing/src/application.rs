@@ -6,12 +6,12 @@ use tetrascope_gpu::passes::{TEXELS, group};
 use tetrascope_gpu::{Gpu, Over, RenderProgram, SceneDepth, Target, wgpu};
 use wgpu::{LoadOp, Operations, ShaderStages, StoreOp, Texture, TextureFormat, TextureUsages};
 
-/// What an application has drawn.
+/// The picture of an application, before a volume is drawn into it.
 #[derive(Debug)]
 pub struct Application {
     /// Rgba32Float, if the device blends that, else Rgba16Float.
     pub color: Texture,
-    /// Of the format that was asked for.
+    /// Depths, in the format that was asked for.
     pub depth: Texture,
 }
 

@@ -1,4 +1,4 @@
-//! What the entries of algorithms are held to.
+//! Demands on the entries of algorithms.
 
 use tetrascope_core::{
     Appearance, Entry, FrameStats, OpticalModel, Settings, Values, View, Volume,

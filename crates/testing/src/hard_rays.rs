@@ -54,7 +54,7 @@ pub struct HardMesh {
     pub thickness: f64,
     /// A cube in the middle is left out.
     pub cavity: bool,
-    /// Of the random numbers by which vertices are moved.
+    /// Seed of the random numbers by which vertices are moved.
     pub seed: u64,
 }
 

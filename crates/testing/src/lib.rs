@@ -50,7 +50,7 @@ pub fn say(line: &str) {
     _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// What was made, or `None` after saying that `test` is skipped because there is no adapter.
+/// The value that was made, or `None` after saying that `test` is skipped because there is no adapter.
 ///
 /// # Panics
 /// If there is no adapter although the environment variable `CI` is set, and for any other

@@ -16,7 +16,7 @@ mod reference;
 
 /// An algorithm: what it says about itself, and how to build it.
 pub struct Algorithm {
-    /// What its crate says.
+    /// The description that its crate brings.
     pub entry: Entry,
     /// Whether building it needs a graphics adapter.
     pub needs_gpu: bool,

@@ -74,7 +74,7 @@ pub use sample::SampledError;
 /// Frames of a trial are timed for so long.
 const ENOUGH: Duration = Duration::from_millis(600);
 
-/// What a picture has to keep; `None` is not asked for.
+/// The demands on a picture; `None` is not asked for.
 ///
 /// With an error, the fastest setting is chosen that keeps it; without, the most exact one within
 /// the budget. Where none can keep both, the error is kept and the budget gives way. The memory
@@ -100,10 +100,10 @@ pub enum Effort {
     Quick,
 }
 
-/// What is expected of a setting on a scene.
+/// The expectations of a setting on a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Expected {
-    /// Of a frame.
+    /// Time of a frame.
     pub seconds: f64,
     /// A factor by which the time may be more or less, 1 or more.
     pub spread: f64,
@@ -113,10 +113,10 @@ pub struct Expected {
     pub error: [f64; 2],
 }
 
-/// What a setting was found to take on a scene.
+/// The measurements of a setting on a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Found {
-    /// Of a frame: the least of several, as what else the machine does only adds to it.
+    /// Time of a frame: the least of several, as everything else that the machine does only adds to it.
     pub seconds: f64,
     /// For what lasts between frames, such as the upload of the volume, seconds.
     pub prepare: f64,
@@ -126,21 +126,21 @@ pub struct Found {
     pub error: SampledError,
 }
 
-/// What no setting keeps beside the rest.
+/// A demand that no setting keeps beside the rest.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GivesWay {
     /// No setting is known to be as exact; RMSE.
     Error {
-        /// What was asked for.
+        /// The error that was asked for.
         wanted: f64,
-        /// What came out, as far as the sample tells.
+        /// The error that came out, as far as the sample tells.
         found: f64,
     },
     /// No setting is as fast; seconds.
     Budget {
-        /// What was asked for.
+        /// The time that was asked for.
         wanted: f64,
-        /// What came out.
+        /// The time that came out.
         found: f64,
     },
 }
@@ -150,9 +150,9 @@ pub enum GivesWay {
 pub struct Trial {
     /// The algorithm, and settings where they are not its defaults.
     pub name: String,
-    /// What was expected.
+    /// The expectations.
     pub expected: Expected,
-    /// What came out.
+    /// The measurements.
     pub found: Found,
 }
 
@@ -164,17 +164,17 @@ pub struct Considered {
     pub algorithm: &'static Algorithm,
     /// Its settings.
     pub settings: Settings,
-    /// What is expected of it, before anything is tried.
+    /// The expectations of it, before anything is tried.
     pub expected: Expected,
 }
 
-/// What was chosen for a scene, and the picture.
+/// The choice for a scene, and the picture.
 pub struct Choice {
     /// The algorithm.
     pub algorithm: &'static Algorithm,
     /// Its settings.
     pub settings: Settings,
-    /// What was asked for.
+    /// The demands.
     pub need: Need,
     /// The picture.
     pub frame: Frame,
@@ -182,11 +182,11 @@ pub struct Choice {
     pub trial: Trial,
     /// All trials, in order, with this one.
     pub trials: Vec<Trial>,
-    /// What gives way.
+    /// The demands that give way.
     pub gives_way: Vec<GivesWay>,
     /// How many settings there were to choose from.
     pub considered: usize,
-    /// What could not be drawn after all, a sentence each.
+    /// Settings that could not be drawn after all, a sentence each.
     pub failures: Vec<String>,
 }
 
@@ -401,7 +401,7 @@ impl<'a> Chooser<'a> {
         Ok((sample, options))
     }
 
-    /// What was measured of an optical model and a kind of volume; measures it if nothing was.
+    /// The measurements of an optical model and a kind of volume; makes them if there are none.
     fn calibration(&mut self, model: OpticalModel, kind: Kind) -> Result<&Calibration, Error> {
         let machine = Machine::of(self.context);
         if self.known.is_none() {

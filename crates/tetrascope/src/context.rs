@@ -1,4 +1,4 @@
-//! What algorithms are built with: the graphics device, and whom to tell of progress.
+//! The context in which algorithms are built: the graphics device, and whom to tell of progress.
 
 use std::sync::Arc;
 #[cfg(feature = "gpu")]
@@ -12,7 +12,7 @@ use tetrascope_gpu::{Gpu, GpuOptions};
 /// Is told which share of a frame is done, increasing to 1, from any thread.
 pub type Progress = Arc<dyn Fn(f64) + Send + Sync>;
 
-/// What algorithms share: the graphics device, made when first needed.
+/// Things that algorithms share: the graphics device, made when first needed.
 #[derive(Default)]
 pub struct Context {
     progress: Option<Progress>,

@@ -3,7 +3,7 @@
 use tetrascope_core::{Error, text};
 use tetrascope_scene::nearest;
 
-/// What the help of a library's error says, and how it is said at the command line.
+/// The spellings of a library's hints at the command line.
 const SPELLINGS: [(&str, &str); 8] = [
     ("`dims` and `type`", "--dims 256x256x128 --type u8"),
     ("leave out `solution`", "leave out --solution"),
@@ -27,7 +27,7 @@ const SPELLINGS: [(&str, &str); 8] = [
     ),
 ];
 
-/// What a person at the command line could do about `error`, one line.
+/// The hint for a person at the command line about `error`, one line.
 pub fn help(error: &Error) -> Option<String> {
     match error {
         Error::NoSuchField { name, available } => {

@@ -14,7 +14,7 @@ pub enum Renderer {
 }
 
 impl Renderer {
-    /// What records frames into an application's commands; `None` if it draws on the CPU.
+    /// The part that records frames into an application's commands; `None` if it draws on the CPU.
     #[cfg(feature = "gpu")]
     pub fn as_draw(&self) -> Option<&dyn Draw> {
         match self {

@@ -15,13 +15,13 @@ use tetrascope_scene::{AppearanceSpec, CameraSpec, SceneFile, VolumeSource};
 /// A volume and what was found out while loading it.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// What can be drawn, with the chosen field.
+    /// The volume, with the chosen field.
     pub volume: Volume,
     /// The name of that field; [`FieldSummary::drawn`] tells it from another of its name.
     pub field: String,
-    /// What it is, one line: cells before and after splitting, and the field.
+    /// A description of one line: cells before and after splitting, and the field.
     pub description: String,
-    /// What was found out, repaired or left out, one sentence each.
+    /// Findings, repairs and omissions, one sentence each.
     pub notes: Vec<String>,
     /// Every scalar field that the source offers.
     pub fields: Vec<FieldSummary>,
@@ -34,7 +34,7 @@ pub struct Loaded {
 /// A field that a source offers.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct FieldSummary {
-    /// What the source calls it.
+    /// Name in the source.
     pub name: String,
     /// "point" or "cell".
     pub association: &'static str,
@@ -49,7 +49,7 @@ pub struct FieldSummary {
     pub offset: f64,
 }
 
-/// What a source holds, be there something to draw or not.
+/// The contents of a source, be there something to draw or not.
 #[derive(Clone, Debug)]
 pub enum Contents {
     /// A volume with a field.
@@ -61,7 +61,7 @@ pub enum Contents {
 /// A mesh of which nothing can be drawn.
 #[derive(Clone, Debug)]
 pub struct BareMesh {
-    /// What it lacks, as a sentence.
+    /// The reason for which it cannot be drawn, as a sentence.
     pub why: &'static str,
     /// Its volume cells, if it has any, with 0 in place of a field.
     pub mesh: Option<TetMesh>,
@@ -73,7 +73,7 @@ pub struct BareMesh {
     pub bounds: Bounds,
     /// Every scalar field that the source offers.
     pub fields: Vec<FieldSummary>,
-    /// What was found out, repaired or left out, one sentence each.
+    /// Findings, repairs and omissions, one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -138,7 +138,7 @@ pub struct LoadedFields {
     pub mesh: TetMesh,
     /// The fields, under names that differ.
     pub fields: Vec<Scalars>,
-    /// What was found out, repaired or left out, one sentence each.
+    /// Findings, repairs and omissions, one sentence each.
     pub notes: Vec<String>,
     /// The files that were read.
     pub files: Vec<PathBuf>,
@@ -280,7 +280,7 @@ fn no_interpolation(of: &str) -> Result<(), Error> {
     )
 }
 
-/// What a source names, read but not yet a volume.
+/// A source, read but not yet a volume.
 enum Opened<'a> {
     Mesh(MeshData),
     Grid(GridData),
@@ -349,7 +349,7 @@ fn options(source: &VolumeSource) -> Options {
     }
 }
 
-/// What a mesh lacks to be drawn.
+/// The part that a mesh lacks to be drawn.
 fn lacks(data: &MeshData) -> Option<&'static str> {
     let is_volume = |&kind: &u8| volume_corners(kind).is_some();
     if !data.cells.types.iter().any(is_volume) {

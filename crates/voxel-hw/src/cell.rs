@@ -15,7 +15,7 @@ pub(crate) enum Side {
     Back,
 }
 
-/// What happens while a cell is voxelized, in order. The model of the hardware listens, too.
+/// The events while a cell is voxelized, in order. The model of the hardware listens, too.
 pub(crate) trait Events {
     /// A cell with so many corners and triangles arrives, to be voxelized for each offset or not.
     fn cell(&mut self, _corners: usize, _triangles: usize) {}
@@ -63,7 +63,7 @@ impl<N: Number> Default for Buffers<N> {
     }
 }
 
-/// What is filled, and how.
+/// The cell that is filled, and how.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fill {
     /// Voxels along each axis.

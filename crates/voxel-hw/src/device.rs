@@ -48,7 +48,7 @@ struct Tuning {
     wide: bool,
 }
 
-/// What one invocation works on. The voxels do not depend on it.
+/// The item of one invocation's work. The voxels do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Items {
     /// A cell if that is little work, for the device at hand; else some of its pixels.

@@ -162,7 +162,7 @@ pub fn volume_in_box(tetrahedron: [DVec3; 4], low: DVec3, high: DVec3) -> f64 {
     pieces.iter().map(volume_of).sum()
 }
 
-/// What of `pieces` is between `at` and `at` + 1 along an axis.
+/// Keeps the parts of `pieces` between `at` and `at` + 1 along an axis.
 fn between(pieces: &[[DVec3; 4]], axis: usize, at: i32, kept: &mut Vec<[DVec3; 4]>) {
     let at = f64::from(at);
     kept.clear();

@@ -1,6 +1,6 @@
 //! The same in f64, for each pixel and voxel by itself: nothing is snapped, nothing accumulates.
 //!
-//! What two cells share, both compute alike: edges from their lower to their upper end, faces from
+//! Two cells compute the parts that they share alike: edges from their lower to their upper end, faces from
 //! their corners in one order. So columns have neither gaps nor voxels written twice, but where
 //! rounding, by 10⁻¹³ voxels or so, swaps two faces of a cell: there voxels may be written twice.
 

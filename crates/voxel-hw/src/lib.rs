@@ -206,11 +206,11 @@ pub use voxelizer::{Counts, Voxelizer};
 /// The algorithm's name.
 pub const NAME: &str = "voxel-hw";
 
-/// What it draws beyond the volumetric optical models.
+/// The parts of an appearance that it draws beyond the volumetric optical models.
 #[cfg(feature = "gpu")]
 pub const ABILITIES: tetrascope_core::Abilities = tetrascope_slicing::ABILITIES;
 
-/// What slices refuse is refused by this algorithm.
+/// Says in the name of this algorithm that slices refuse something.
 #[cfg(feature = "gpu")]
 fn renamed(error: tetrascope_core::Error) -> tetrascope_core::Error {
     use tetrascope_core::Error;

@@ -48,7 +48,7 @@ pub struct VoxelizationOptions {
     pub domain: Option<Domain>,
     /// How voxels are made.
     pub voxelizer: VoxelizerOptions,
-    /// What they are drawn with.
+    /// The textures that they are drawn with.
     pub textures: Textures,
     /// How they are drawn with [`Textures::Volume`], in `domain`.
     pub slicing: SlicingOptions,
@@ -136,7 +136,7 @@ pub struct Voxelization {
     cell_count: usize,
 }
 
-/// What draws the voxels.
+/// The renderer of the voxels.
 #[derive(Debug)]
 enum Drawing {
     Volume(Box<Slicing>),

@@ -128,7 +128,7 @@ pub(crate) fn for_each_cell(
     Ok(())
 }
 
-/// Of each point, the least with the same position.
+/// For each point, the least with the same position.
 fn places(mesh: &TetMesh) -> Vec<u32> {
     let mut places: Vec<u32> = (0..mesh.points().len() as u32).collect();
     for (points, at) in mesh.tetrahedra().iter().zip(mesh.places()) {

@@ -70,11 +70,11 @@ const LABEL: &str = "voxel-hw::stacks";
 /// How a stack is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct StacksOptions {
-    /// What a rectangle adds to a pixel.
+    /// The quantity that a rectangle adds to a pixel.
     pub integration: Integration,
 }
 
-/// What a rectangle adds to a pixel.
+/// The quantity that a rectangle adds to a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Integration {
     /// As published (section 4): the color and extinction of the sample in its plane, for as long as
@@ -132,7 +132,7 @@ pub struct Stacks {
 }
 
 impl Stacks {
-    /// What of an appearance is drawn.
+    /// The parts of an appearance that are drawn.
     pub const ABILITIES: Abilities = Abilities {
         isosurfaces: false,
         ..Abilities::ALL

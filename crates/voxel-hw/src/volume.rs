@@ -139,7 +139,7 @@ impl VoxelVolume {
         writes.filter(|writes| **writes > self.samples).count()
     }
 
-    /// What was done.
+    /// Counts of the work.
     pub fn counts(&self) -> &Counts {
         &self.counts
     }
@@ -204,7 +204,7 @@ impl ColorVolume {
         &self.voxels
     }
 
-    /// What was done.
+    /// Counts of the work.
     pub fn counts(&self) -> &Counts {
         &self.counts
     }

@@ -18,7 +18,7 @@ pub struct Voxelizer {
     offsets: Vec<DVec3>,
 }
 
-/// What was done to how many.
+/// Counts of the work, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Cells that were visited, each once.
@@ -210,7 +210,7 @@ impl AccumulationBuffer {
         self.writes[index] += writes;
     }
 
-    /// What was done to make what is added.
+    /// Adds counts of the work.
     #[cfg(feature = "gpu")]
     pub(crate) fn count(&mut self, counts: Counts) {
         self.counts = counts;

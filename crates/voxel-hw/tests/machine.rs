@@ -48,7 +48,7 @@ fn machines() -> Vec<MachineConfig> {
     machines
 }
 
-/// Of all units together.
+/// The work of all units together.
 fn total(load: &Load) -> u64 {
     (load.mean * load.units as f64).round() as u64
 }
@@ -307,7 +307,7 @@ fn machines_that_cannot_be_are_refused() {
     }
 }
 
-/// What bounds the machine moves the answer, by as much as it is; what it does not use moves nothing.
+/// Numbers that bound the machine move the answer, by as much as they are; numbers that it does not use move nothing.
 #[test]
 fn what_bounds_the_machine_moves_the_answer() {
     let voxelizer = Voxelizer::new(VoxelizerOptions::default()).expect("valid");

@@ -332,7 +332,7 @@ pub(super) fn heavy_nrrd() -> Seed {
 #[derive(Clone, Copy)]
 struct Nifti {
     big: bool,
-    /// Of samples.
+    /// Code of the samples' type.
     code: i16,
     bits: i16,
     frames: i16,

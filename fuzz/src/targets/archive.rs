@@ -24,7 +24,7 @@ const TYPES: [(&str, usize); 12] = [
 
 const NAMES: [&str; 4] = ["a.npy", "b.npy", "../c.npy", "d.txt"];
 
-/// What is true of an archive, and what its directory says in its place.
+/// The truth about an archive, and the lie that its directory tells in its place.
 struct Lie {
     member: usize,
     field: u8,

@@ -40,7 +40,7 @@ const TYPES: [u8; 20] = [
     10, 12, 13, 14, 11, 15, 16, 24, 25, 26, 27, 29, 71, 72, 73, 42, 5, 9, 1, 0,
 ];
 
-/// What comes of the bytes; no panic, and a mesh that is consistent.
+/// Builds a mesh of the bytes; no panic, and a mesh that is consistent.
 pub(super) fn build(bytes: &[u8]) -> Result<(), Error> {
     let mut bytes = Unstructured::new(bytes);
     let way = byte(&mut bytes);
@@ -167,7 +167,7 @@ fn scalars(bytes: &mut Unstructured, points: usize, cells: usize) -> Scalars {
     }
 }
 
-/// What must be true of every mesh.
+/// Checks the properties that every mesh must have.
 fn check(mesh: &TetMesh) {
     let points = mesh.points().len();
     let cells = mesh.cell_count();

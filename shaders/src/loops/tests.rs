@@ -45,12 +45,12 @@ fn is_fixed(expressions: &Arena<Expression>, condition: Handle<Expression>) -> b
     }
 }
 
-/// What the loops of a block take at most, loop by loop of the function in `table`.
+/// The most passes that the loops of a block take, loop by loop of the function in `table`.
 struct Counter<'a> {
     module: &'a Module,
     /// The files that the program is made of.
     parts: Vec<&'a (String, String)>,
-    /// What each function came to.
+    /// The passes of each function.
     known: RefCell<BTreeMap<String, u64>>,
 }
 

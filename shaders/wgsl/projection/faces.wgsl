@@ -4,7 +4,7 @@
 // with a plane is linear over a face, so it is computed at the vertices and interpolated.
 // Each vertex knows the plane of the face opposite, which alone it is not in (§4.2), and
 // one face beside (§4.3).
-// In:   drawn; twelve vertices a cell, face by face, counterclockwise from outside.
+// In:   drawn; twelve vertices per cell, face by face, counterclockwise from outside.
 // Out:  FaceVarying; back faces are culled.
 // With: projection/frame.wgsl, projection/mesh.wgsl, and for `face_vertex` one of
 //       projection/faces_shared.wgsl, faces_floats.wgsl and faces_shorts.wgsl

@@ -1,4 +1,4 @@
-// Faces, 720 bytes a cell: twelve vertices of fifteen numbers (§6).
+// Faces, 720 bytes per cell: twelve vertices of fifteen numbers (§6).
 //
 // In two buffers, as devices may not bind as much as large meshes need in one.
 // With: projection/faces.wgsl

@@ -1,4 +1,4 @@
-// Faces, 456 bytes a cell: twelve vertices of four numbers and eleven of 16 bits (§7).
+// Faces, 456 bytes per cell: twelve vertices of four numbers and eleven of 16 bits (§7).
 //
 // With: projection/faces.wgsl
 

@@ -166,7 +166,7 @@ fn pick(q: Flat, index: u32) -> vec2f {
 // Around the hull of four points by which of the numbers w, Σ w = 0, Σ w q = 0, are
 // positive (bit i for w of point i, or of their opposites where that has bit 3): the
 // points of one sign are on a diagonal, or alone inside the triangle of the others (Radon).
-// Two bits a corner, the first lowest; a triangle repeats its last point.
+// Two bits per corner, the first lowest; a triangle repeats its last point.
 //     0: 0000 all on a line   1: 1233   2: 0233   3: 0213
 //     4: 0133                 5: 0123   6: 0132   7: 0122
 const RINGS: vec4u = vec4u(0xf900u, 0xd8f8u, 0xe4f4u, 0xa4b4u);

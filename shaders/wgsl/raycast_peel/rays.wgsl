@@ -1,4 +1,4 @@
-// Rays: the rays of a frame, one a pixel.
+// Rays: the rays of a frame, one per pixel.
 //
 // With: `march`, a March in a binding.
 

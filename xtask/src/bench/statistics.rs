@@ -1,4 +1,4 @@
-//! What rounds of two programs in turn say of their times.
+//! Statistics of the times of two programs in rounds in turn.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use crate::dashboard::history::Verdict;
 /// Medians by benchmark: of the base, then of the working tree.
 pub type Round = [BTreeMap<String, f64>; 2];
 
-/// What a ratio may be away from 1 and still be noise, whatever its interval: runs in turn share
+/// The distance from 1 that a ratio may have and still be noise, whatever its interval: runs in turn share
 /// what slows the machine, but not where memory of a program happens to lie.
 pub const NOISE: f64 = 0.03;
 

@@ -114,7 +114,7 @@ impl Contender {
         self.frame = None;
     }
 
-    /// What frames took.
+    /// The time that frames took.
     fn spent(&self) -> Duration {
         self.first + Duration::from_secs_f64(self.wall_ms.iter().sum::<f64>() / 1e3)
     }

@@ -34,7 +34,7 @@ pub(super) fn model_report(
     }
 }
 
-/// What tells the sources of each algorithm's error apart, where all of it was drawn.
+/// The pairs that tell the sources of each algorithm's error apart, where all of them were drawn.
 fn sources(contenders: &[Contender]) -> Vec<ErrorSource> {
     let of_one = |settings: &[Contender]| {
         let algorithm = settings[0].algorithm;
@@ -69,7 +69,7 @@ pub(super) fn truth_of(contenders: &[Contender]) -> Option<(String, &Frame)> {
     Some((truth.algorithm.name.into(), truth.frame.as_ref()?))
 }
 
-/// What is demanded of a scene's errors, by what each algorithm promises. Without a truth, that one
+/// The demands on a scene's errors, by what each algorithm promises. Without a truth, that one
 /// is there.
 pub(super) fn checks(scene: &SceneReport) -> Vec<Check> {
     let mut checks = Vec::new();

@@ -1,4 +1,4 @@
-//! What is done of a run, kept until all is done: the same run, interrupted and started again, goes on
+//! Finished parts of a run, kept until all is done: the same run, interrupted and started again, goes on
 //! from there.
 //!
 //! A part is one scene under one optical model. It is taken only by the same program with the same
@@ -28,9 +28,9 @@ pub(super) struct Part {
 
 /// Where parts are.
 pub(super) struct Parts {
-    /// Of all runs.
+    /// The folder of all runs.
     folder: PathBuf,
-    /// Of runs like this one; `None` where this program cannot be told from another.
+    /// The folder of runs like this one; `None` where this program cannot be told from another.
     own: Option<PathBuf>,
 }
 
@@ -73,7 +73,7 @@ impl Parts {
         Some(self.own.as_ref()?.join(format!("{scene}-{model}.json")))
     }
 
-    /// What a run before has drawn of this; `None` where it has not, or of something else. What
+    /// The part that a run before has drawn of this; `None` where it has not, or of something else. A part that
     /// cannot be read is drawn again.
     pub(super) fn read(
         &self,

@@ -49,7 +49,7 @@ pub fn run(algorithm: &str, setting: &str) -> Result<u64, Error> {
     high_water_mark().ok_or_else(|| Error::invalid("the most memory is known on Linux alone"))
 }
 
-/// Of this process, bytes.
+/// The most memory of this process, bytes.
 fn high_water_mark() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

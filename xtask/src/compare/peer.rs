@@ -28,7 +28,7 @@ use crate::output::write;
 use crate::picture::{shown, signed_map};
 use crate::report::{Difference, Drawn, Outcome, Picture, Row, Stats};
 
-/// What VTK's rows are called.
+/// The name of VTK's rows.
 pub(super) const VTK: &str = "vtk";
 
 /// A mapper that takes longer is given up.
@@ -44,7 +44,7 @@ pub(super) struct Peer {
     grid: Vec<String>,
 }
 
-/// What the script says of itself.
+/// The script's description of itself.
 #[derive(Deserialize)]
 struct Listed {
     version: String,
@@ -52,7 +52,7 @@ struct Listed {
     grid: Vec<String>,
 }
 
-/// What the script says of a mapper.
+/// The script's measurements of a mapper.
 #[derive(Deserialize)]
 struct Measured {
     prepare_ms: f64,

@@ -9,17 +9,17 @@ use tetrascope::volumes;
 
 use super::Options;
 
-/// What is drawn when nothing is named: a convex mesh, one with notches and a grid.
+/// The scenes that are drawn when nothing is named: a convex mesh, one with notches and a grid.
 const DEFAULT_SCENES: [&str; 3] = ["sphere", "heat-sink", "angiography"];
 
-/// Pixels a side and cells of a data set where all bounds are checked quickly: cells are a few pixels
+/// Pixels per side and cells of a data set where all bounds are checked quickly: cells are a few pixels
 /// wide, and a mesh has several hundred at its border.
 const CHECKED: (u32, u64) = (96, 3000);
 
-/// What is drawn in parallel, too, when nothing is named: some settings draw nothing else.
+/// The scene that is drawn in parallel, too, when nothing is named: some settings draw nothing else.
 const DEFAULT_PARALLEL: (&str, OpticalModel) = ("sphere", OpticalModel::Emission);
 
-/// Pixels a side unless the scene or `--size` says otherwise: enough to see what is
+/// Pixels per side unless the scene or `--size` says otherwise: enough to see what is
 /// wrong.
 const DEFAULT_SIDE: u32 = 256;
 

@@ -17,10 +17,10 @@ const VOLUMES: [(&str, [u64; 4]); 2] = [
     ("angiography", [40_000, 160_000, 640_000, 2_560_000]),
 ];
 
-/// Pixels a side.
+/// Pixels per side.
 const SIDES: [u32; 4] = [64, 128, 256, 512];
 
-/// What stays while the other changes: cells of the second size, and pixels of the third.
+/// The sizes that stay while the other changes: cells of the second size, and pixels of the third.
 const FIXED: (usize, u32) = (1, 256);
 
 /// Measures every algorithm that draws one of the two.

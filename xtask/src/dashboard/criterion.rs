@@ -10,15 +10,15 @@ use serde::de::DeserializeOwned;
 /// All results in a folder.
 #[derive(Debug, Default)]
 pub struct Results {
-    /// What was measured, by id.
+    /// Measurements, by id.
     pub measurements: Vec<Measurement>,
-    /// What was counted beside times, by id.
+    /// Counts beside times, by id.
     pub counted: BTreeMap<String, f64>,
     /// Files that are not criterion's, or of another version of it.
     pub unreadable: Vec<PathBuf>,
 }
 
-/// What criterion found of one benchmark.
+/// Criterion's findings of one benchmark.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
     /// "projection/sphere/149k cells/build".

@@ -16,7 +16,7 @@ use crate::report::Machine;
 /// when one is added.
 pub const HISTORY_VERSION: u32 = 1;
 
-/// What a median may change by before it is said to be slower or faster, as a share, beside that
+/// The share by which a median may change before it is said to be slower or faster, beside that
 /// intervals must not overlap: criterion's intervals know of one run alone.
 ///
 /// It is meant for a machine that does nothing else. Where others used both of two cores, the same
@@ -33,20 +33,20 @@ pub struct History {
     pub runs: Vec<Run>,
 }
 
-/// What was measured of one state of the sources, on one machine.
+/// The measurements of one state of the sources, on one machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// The git revision, with "-dirty" where files were changed.
     pub revision: Option<String>,
     /// When the last benchmark of the run ended, UTC, as in RFC 3339.
     pub date: String,
-    /// What it ran on.
+    /// The place where it ran.
     pub machine: Place,
     /// By benchmark.
     pub results: BTreeMap<String, Estimate>,
 }
 
-/// What times depend on beside the program.
+/// The facts on which times depend beside the program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Place {
     /// The operating system.

@@ -12,7 +12,7 @@ use crate::diagrams::style;
 use crate::page::html;
 use crate::panel::STYLES;
 
-/// What the template sees.
+/// The data of the template.
 #[derive(Serialize)]
 struct Page<'a> {
     /// The last run: trends are of its machine.

@@ -14,13 +14,13 @@ pub struct ShownPaper {
     pub algorithm: &'static str,
     /// Authors and year.
     pub name: &'static str,
-    /// What is not printed or not measured.
+    /// A note on what is not printed or not measured.
     pub note: &'static str,
     /// All tables.
     pub tables: Vec<ShownTable>,
     /// Figures without numbers, as they were measured here: names and SVGs.
     pub figures: Vec<(String, String)>,
-    /// What these figures are.
+    /// A description of these figures.
     pub about_figures: &'static str,
     /// The figures' lines.
     pub legend: Vec<String>,
@@ -35,7 +35,7 @@ pub struct ShownTable {
     pub about: &'static str,
     /// The paper's hardware.
     pub hardware: &'static str,
-    /// What differs here.
+    /// A note on what differs here.
     pub note: &'static str,
     /// Heads of the columns.
     pub columns: Vec<&'static str>,
@@ -82,7 +82,7 @@ fn one(paper: Paper, results: &Results) -> ShownPaper {
     }
 }
 
-/// What is printed and what was measured, in words, for each column.
+/// The printed and the measured numbers, in words, for each column.
 fn cells(row: &Row, columns: &[Column], results: &Results) -> Vec<[String; 2]> {
     let cells = columns.iter().enumerate().map(|(i, column)| {
         let printed = row.printed.get(i).copied();

@@ -17,16 +17,16 @@ use crate::metrics::{BINS, FIRST_DECADE};
 use crate::page::html;
 use crate::sweep::{self, Section};
 
-/// What a page shows besides its report and pictures, measured before.
+/// The parts of a page besides its report and pictures, measured before.
 #[derive(Default)]
 pub struct Extras {
     /// Figures of papers.
     pub figures: Vec<Measured>,
-    /// What a sweep of the machine has found.
+    /// The findings of a sweep of the machine.
     pub machine: Option<Section>,
 }
 
-/// What the template sees.
+/// The data of the template.
 #[derive(Serialize)]
 struct Page<'a> {
     report: &'a Report,
@@ -43,7 +43,7 @@ struct Page<'a> {
     script: &'static str,
 }
 
-/// What a scene's model shows besides its numbers.
+/// The parts of a scene's model besides its numbers.
 #[derive(Serialize)]
 struct ShownModel<'a> {
     pictures: Vec<ShownPicture<'a>>,
@@ -154,7 +154,7 @@ fn histogram(counts: &[u64; BINS]) -> String {
     svg + "</svg>"
 }
 
-/// What errors are in a bin, in words.
+/// The errors in a bin, in words.
 fn name(bin: usize) -> String {
     let half_decade = |i: usize| 10f64.powf(f64::from(FIRST_DECADE) + i as f64 / 2.0);
     match bin {

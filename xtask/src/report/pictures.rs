@@ -11,11 +11,11 @@ use crate::diagrams::words;
 use crate::page;
 use crate::picture::{SignedMap, around, mean_of_boxes, small_png, strongest_of_boxes};
 
-/// What one algorithm drew.
+/// The picture of one algorithm.
 pub struct Picture {
     /// The algorithm.
     pub algorithm: String,
-    /// What was set, "key=value,…".
+    /// The settings, "key=value,…".
     pub setting: String,
     /// As it is shown.
     pub image: RgbaImage,

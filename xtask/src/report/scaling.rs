@@ -65,7 +65,7 @@ fn exponent(points: &[(f64, f64)]) -> Option<f64> {
 pub(super) struct ScalingSection<'a> {
     rows: &'a [Scaling],
     legend: Vec<LegendItem>,
-    /// What it is of, and an SVG.
+    /// Subjects, each with an SVG.
     panels: Vec<(String, String)>,
 }
 

@@ -1,10 +1,10 @@
-//! What algorithms do not draw.
+//! The scenes that algorithms do not draw.
 
 use serde::Serialize;
 
 use super::{ModelReport, Outcome};
 
-/// What an algorithm does not draw, and why.
+/// A scene that an algorithm does not draw, and why.
 #[derive(Debug, PartialEq, Serialize)]
 pub(super) struct Skipped {
     pub(super) algorithm: String,

@@ -15,7 +15,7 @@ pub struct Store {
     left: PathBuf,
 }
 
-/// What differs or is missing.
+/// A picture that differs or is missing.
 pub struct Left {
     /// The picture's name.
     pub name: String,
@@ -23,7 +23,7 @@ pub struct Left {
     pub may_be_blessed: bool,
     /// The reviewed one, if there is any.
     pub expected: Option<RgbaImage>,
-    /// What was drawn.
+    /// The picture that was drawn.
     pub actual: RgbaImage,
 }
 
@@ -114,7 +114,7 @@ impl Store {
         Ok(blessed)
     }
 
-    /// What was left, by name.
+    /// The pictures that were left, by name.
     ///
     /// # Errors
     /// A folder or picture that cannot be read.

@@ -1,4 +1,4 @@
-//! What is drawn for review: every scene under every optical model by every algorithm that
+//! The pictures that are drawn for review: every scene under every optical model by every algorithm that
 //! draws it.
 
 use tetrascope::core::{Appearance, Camera, CameraFit, Error, OpticalModel, View, Volume};
@@ -44,7 +44,7 @@ pub struct Picture {
     pub name: String,
     /// Who draws it.
     pub algorithm: &'static Algorithm,
-    /// What is set, "key=value"; empty for the defaults.
+    /// The setting, "key=value"; empty for the defaults.
     pub setting: &'static str,
     /// The look.
     pub appearance: Appearance,

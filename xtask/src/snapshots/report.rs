@@ -12,7 +12,7 @@ use crate::output::write;
 use crate::page::{address, html};
 use crate::picture::png;
 
-/// What the template sees.
+/// The data of the template.
 #[derive(Serialize)]
 struct Page {
     pictures: Vec<Picture>,

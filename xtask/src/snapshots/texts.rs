@@ -112,7 +112,7 @@ fn without_lines(file: &str) -> String {
     kept.map(|line| format!("{line}\n")).collect::<String>() + body
 }
 
-/// The files that `insta` has listed, one a line.
+/// The files that `insta` has listed, one per line.
 ///
 /// # Errors
 /// The list cannot be read.

@@ -1,10 +1,10 @@
-//! What a case of the suite is: scenes, and what is known of their pictures.
+//! A case of the suite: scenes, and what is known of their pictures.
 
 use std::fmt;
 
 use tetrascope::core::{Appearance, Ray, View, Volume};
 
-/// What makes a case hard.
+/// The reason for which a case is hard.
 #[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd)]
 pub enum Group {
     /// Extinctions and transfer functions over many decades.
@@ -17,7 +17,7 @@ pub enum Group {
     Values,
     /// Regular grids that are any of this.
     Grids,
-    /// What physics says about two pictures or more.
+    /// Laws of physics about two pictures or more.
     Laws,
 }
 
@@ -48,7 +48,7 @@ impl Group {
 /// One picture that is drawn.
 #[derive(Clone)]
 pub struct Shot {
-    /// What is drawn.
+    /// The volume that is drawn.
     pub volume: Volume,
     /// How it looks.
     pub appearance: Appearance,
@@ -85,7 +85,7 @@ impl Shot {
 /// A ray's premultiplied linear RGBA.
 pub type Light = Box<dyn Fn(&Ray) -> [f64; 4] + Send + Sync>;
 
-/// What is known about the pictures of a case beside what the ground truth says of each.
+/// Knowledge about the pictures of a case beside the ground truth of each.
 pub enum Expected {
     /// Nothing.
     Truth,
@@ -93,22 +93,22 @@ pub enum Expected {
     Light(Light),
     /// All are the first.
     Same,
-    /// Of a pixel in all pictures: what is nothing where physics holds, and how many times their errors
-    /// that may be.
+    /// A law about a pixel in all pictures: a value that is 0 where physics holds, and how many times their errors
+    /// it may be.
     Law(fn(&[[f64; 4]]) -> [f64; 4], f64),
 }
 
 /// Scenes that are hard to draw, and what is known of their pictures.
 pub struct Case {
-    /// What makes it hard.
+    /// The reason for which it is hard.
     pub group: Group,
     /// A few words.
     pub name: String,
-    /// What is drawn; not empty.
+    /// The pictures that are drawn; not empty.
     pub shots: Vec<Shot>,
-    /// What is known.
+    /// Knowledge about them.
     pub expected: Expected,
-    /// What f32 cannot hold of it: how far a channel may differ for that, in parts of the greatest
+    /// The part of it that f32 cannot hold: how far a channel may differ for that, in parts of the greatest
     /// channel, and why.
     pub allowed: Option<(f64, &'static str)>,
     /// Whether an algorithm's pictures are alike, however far they are from the truth.

@@ -1,4 +1,4 @@
-//! What is demanded of a case's pictures, and whether it is so.
+//! The demands on a case's pictures, and whether they are met.
 
 use std::time::{Duration, Instant};
 
@@ -31,16 +31,16 @@ const MOVED: f64 = 1e-4;
 /// depths are sums of three products that are rounded to 2⁻²⁴ of it, and a depth buffer rounds once more.
 const SURFACES_APART: f64 = 1.0 / (1 << 20) as f64;
 
-/// What became of a case with one algorithm and setting.
+/// The outcome of a case with one algorithm and setting.
 #[derive(Clone, Debug)]
 pub struct Judgment {
     /// The greatest difference from what was expected, in parts of the greatest channel.
     pub greatest: f64,
-    /// What is allowed; `None` where nothing is promised.
+    /// The error that is allowed; `None` where nothing is promised.
     pub allowed: Option<f64>,
     /// Pixels that differ by more, as a ray beside theirs would.
     pub explained: usize,
-    /// What is wrong, if anything is.
+    /// The fault, if there is one.
     pub fault: Option<String>,
     /// The first shot, if it is small enough to be shown; a PNG file.
     pub picture: Option<Vec<u8>>,
@@ -64,7 +64,7 @@ fn picture(frame: &Frame) -> Option<Vec<u8>> {
     (frame.width.max(frame.height) <= LONGEST_SHOWN).then(|| png(&shown(frame)))
 }
 
-/// What a setting makes of a case.
+/// The outcome of a case with a setting.
 #[derive(Clone, Debug)]
 pub enum Outcome {
     /// It was drawn.
@@ -77,16 +77,16 @@ pub enum Outcome {
 pub(super) struct Truth {
     renderer: Reference,
     appearance: Appearance,
-    /// Of the volume.
+    /// Diagonal of the volume.
     diagonal: f64,
     image: ReferenceImage,
     /// The greatest channel anywhere in the picture; 1 of a black one.
     scale: f64,
-    /// What others are measured by: what is known, or else the picture.
+    /// The pixels that others are measured by: those that are known, or else the picture's.
     pixels: Vec<[f64; 4]>,
-    /// What each of these may be wrong by.
+    /// The error that each of these may have.
     wrong_by: Vec<f64>,
-    /// What the picture took.
+    /// The time of the picture.
     pub time: Duration,
 }
 
@@ -234,8 +234,8 @@ fn known(light: &Light, view: &View, pixel: usize) -> [f64; 4] {
     light(&view.ray(column, row))
 }
 
-/// Of each pixel, how far it is from what is known in all, and the sum of what its pictures are wrong
-/// by.
+/// For each pixel, its distance from what is known in all, and the sum of its pictures'
+/// possible errors.
 fn differences(case: &Case, pictures: &[Picture]) -> Vec<(usize, f64, f64)> {
     let first = &pictures[0];
     let mut all = Vec::new();
@@ -327,7 +327,7 @@ fn judge_alike(
 
 /// One picture beside the ground truth's.
 ///
-/// What is known otherwise bounds the ground truth, and so this one: it needs no look at several
+/// Knowledge from elsewhere bounds the ground truth, and so this one: it needs no look at several
 /// pictures.
 fn judge_shot(
     judgment: &mut Judgment,
@@ -386,7 +386,8 @@ fn judge_shot(
     }
 }
 
-/// What no picture shows, whatever is drawn: opacities outside of [0, 1], and light of less than none.
+/// The reason for which no picture shows such a pixel, whatever is drawn: an opacity outside of
+/// [0, 1], or negative light.
 fn impossible(pixel: [f64; 4], appearance: &Appearance, view: &View) -> Option<String> {
     // Rounding of sums, as in the limits.
     let slack = ROUNDING.1;

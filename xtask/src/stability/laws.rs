@@ -1,4 +1,4 @@
-//! What physics says about two pictures or more.
+//! Laws of physics about two pictures or more.
 
 use tetrascope::core::glam::{DMat3, DVec3};
 use tetrascope::core::{Appearance, Camera, OpticalModel, TransferFunction, View, Volume};
@@ -308,7 +308,7 @@ fn colors_that_complete_each_other() -> Case {
     )
 }
 
-/// What nothing hides looks the same from behind.
+/// A medium in which nothing hides looks the same from behind.
 fn front_to_back(model: OpticalModel) -> Case {
     let volume = Pieces::cube(4, 0.2, waves).volume();
     let from = DVec3::new(2.0, 3.0, 2.5);

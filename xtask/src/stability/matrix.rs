@@ -17,7 +17,7 @@ pub struct Matrix {
 /// A case.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// What makes it hard.
+    /// The reason for which it is hard.
     pub group: Group,
     /// A few words.
     pub name: String,
@@ -37,7 +37,7 @@ pub enum Cell {
 }
 
 impl Cell {
-    /// What its settings have come to.
+    /// The sum of its settings' outcomes.
     pub(super) fn of(outcomes: Vec<(&'static str, Outcome)>) -> Cell {
         let mut drawn = Vec::new();
         let mut why = None;
@@ -86,7 +86,7 @@ impl Matrix {
         }
     }
 
-    /// What is wrong, a sentence each: case, algorithm, setting and place.
+    /// The faults, a sentence each: case, algorithm, setting and place.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         for line in &self.lines {

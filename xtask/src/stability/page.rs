@@ -6,7 +6,7 @@ use super::judge::Judgment;
 use super::matrix::{Cell, Line, Matrix};
 use crate::page::{address, html};
 
-/// What the template sees.
+/// The data of the template.
 #[derive(Serialize)]
 struct Page<'a> {
     adapter: Option<&'a str>,
@@ -29,7 +29,7 @@ struct ShownLine {
     cells: Vec<ShownCell>,
 }
 
-/// What an algorithm made of a case.
+/// The outcome of a case with an algorithm.
 #[derive(Serialize)]
 struct ShownCell {
     /// "good", "open" where nothing is promised, "bad", or "none" where it is not drawn.

@@ -1,4 +1,4 @@
-//! What the suite's scenes are made of.
+//! The parts of which the suite's scenes are made.
 
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::mesh::Association;

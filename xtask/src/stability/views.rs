@@ -87,7 +87,7 @@ fn lattice(name: &str, toward: DVec3) -> Case {
     )
 }
 
-/// Of the cube's vertices, edges, faces and inside, none of which is moved.
+/// Places on the cube's vertices, edges and faces and inside, none of which is moved.
 fn places() -> impl Iterator<Item = (&'static str, DVec3)> {
     [
         ("from a vertex of the border", DVec3::new(1.0, 0.5, 0.5)),

@@ -17,7 +17,7 @@ struct Shared {
 
 #[derive(Default)]
 struct State {
-    /// What is watched, and since when.
+    /// The picture that is watched, and since when.
     watched: Option<(String, Instant)>,
     is_over: bool,
 }
@@ -48,7 +48,7 @@ impl Drop for Watch {
     }
 }
 
-/// What is watched.
+/// A picture that is watched.
 pub(super) struct Watched<'a>(&'a Shared);
 
 impl Drop for Watched<'_> {

@@ -39,7 +39,7 @@ pub struct Sweep {
 /// A mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweptMesh {
-    /// What rows call it.
+    /// Name in rows.
     pub name: String,
     /// How many tetrahedra.
     pub cells: usize,

@@ -79,7 +79,7 @@ fn errors(rows: &[serde_json::Value]) -> Vec<f64> {
         .collect()
 }
 
-// Smooth and at two slices a voxel: under 1e-3 (see slicing's tests of convergence), and
+// Smooth and at two slices per voxel: under 1e-3 (see slicing's tests of convergence), and
 // falling from setting to setting of the sweep.
 #[test]
 fn compare_lists_slicing_against_the_reference() {

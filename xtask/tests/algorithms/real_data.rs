@@ -10,7 +10,7 @@ use tetrascope_testing::file;
 use xtask::limits::{ROUNDING, limit, outliers};
 use xtask::testing::{Failures, algorithms, draw, drawn_by, promised, truth};
 
-/// Pixels a side: the Blunt Fin's thinnest cells are far below a pixel at any size.
+/// Pixels per side: the Blunt Fin's thinnest cells are far below a pixel at any size.
 const SIDE: u32 = 96;
 
 fn scene(path: PathBuf, field: Option<&str>) -> SceneFile {

@@ -39,7 +39,7 @@ fn read(path: PathBuf) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The errors of a report, one a line, with what they are of.
+/// The errors of a report, one per line, with what they are of.
 fn errors(report: &serde_json::Value) -> Vec<String> {
     let mut lines = Vec::new();
     for scene in report["scenes"].as_array().expect("scenes") {

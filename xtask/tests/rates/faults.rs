@@ -382,7 +382,7 @@ const LOOK: u32 = 4;
 const VOLUME: u32 = 8;
 const PERIOD: u32 = 2 * VOLUME;
 
-/// Pixels a side of the frames that are counted.
+/// Pixels per side of the frames that are counted.
 const COUNTED: u32 = 96;
 
 /// In a process of its own, as memory is the process's.

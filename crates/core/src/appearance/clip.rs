@@ -14,7 +14,7 @@ pub const MAX_CLIP_PLANES: usize = 16;
 pub struct ClipPlane {
     /// A point of the plane, world space.
     pub point: DVec3,
-    /// Of any length, world space.
+    /// The plane's normal, of any length, world space.
     pub normal: DVec3,
 }
 
@@ -55,7 +55,7 @@ impl ClipPlane {
 
 /// The stretch of a ray, [near, far] in world units from its origin, that no plane cuts away.
 ///
-/// What planes leave is convex, so on a ray it is one stretch: [0, ∞) without planes,
+/// The part that planes leave is convex, so on a ray it is one stretch: [0, ∞) without planes,
 /// and near > far where nothing is left. A ray in a plane, or beside it, is whole
 /// or cut away by which side its origin is on; the plane itself stays.
 pub fn clip_ray(planes: &[ClipPlane], ray: &Ray) -> [f64; 2] {

@@ -95,7 +95,7 @@ impl Lighting {
         self.lights.iter().map(unit).collect()
     }
 
-    /// What a surface of `color` sends to the eye: color (ambient + Σ light max(0, n · l)),
+    /// The light that a surface of `color` sends to the eye: color (ambient + Σ light max(0, n · l)),
     /// linear RGB (Lambert).
     ///
     /// `lights` are [`Lighting::resolved`]; `gradient` is normal to the surface, on

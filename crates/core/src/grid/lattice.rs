@@ -41,7 +41,7 @@ pub struct Lattice {
     pub origin: DVec3,
     /// The distance of neighbors along each axis, world units, positive.
     pub spacing: DVec3,
-    /// The axes' directions, one a column; orthogonal to five digits.
+    /// The axes' directions, one per column; orthogonal to five digits.
     pub direction: DMat3,
     /// The scalar between samples.
     pub interpolation: Interpolation,

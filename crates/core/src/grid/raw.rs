@@ -1,4 +1,4 @@
-//! What a raw file does not say about itself.
+//! The layout of a raw file, which says nothing about itself.
 
 use serde::{Deserialize, Serialize};
 

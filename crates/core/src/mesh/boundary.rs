@@ -7,7 +7,7 @@ use super::adjacency::FACES;
 use super::orientation::orientation;
 use super::sort::sort_by_point;
 
-/// What the boundary surface looks like.
+/// The shape of the boundary surface, in numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct BoundaryStatistics {

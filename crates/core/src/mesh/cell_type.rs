@@ -91,7 +91,7 @@ pub(super) const HEXAGONAL_PRISM: Shape = Shape {
     ],
 };
 
-/// What a cell of some type means for a volume.
+/// The meaning of a type of cells for a volume.
 #[derive(Debug, PartialEq)]
 pub(super) enum Kind {
     /// Straight edges: exactly the shape's corners.
@@ -189,7 +189,7 @@ pub fn volume_faces(cell_type: u8) -> Option<&'static [&'static [usize]]> {
     Kind::of(cell_type).shape().map(|shape| shape.faces)
 }
 
-/// What VTK calls a cell type, in the singular: "hexahedron".
+/// VTK's name of a cell type, in the singular: "hexahedron".
 pub fn type_name(cell_type: u8) -> String {
     let name = match cell_type {
         0 => "empty cell",

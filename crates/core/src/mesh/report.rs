@@ -1,4 +1,4 @@
-//! What was found and fixed while a mesh was built.
+//! Findings and repairs while a mesh was built.
 
 use std::collections::BTreeMap;
 

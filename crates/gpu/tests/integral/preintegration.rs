@@ -340,7 +340,7 @@ fn the_published_tents_err_as_published() {
         return;
     };
     // An opacity tent of width 1/4 around 1/2 with an optical depth up to `deepest` in the
-    // longest segment. For 64 samples a side a greatest error of α of 2.5e-2 for a depth
+    // longest segment. For 64 samples per side a greatest error of α of 2.5e-2 for a depth
     // of 2 and of 0.11 for 20 was measured with another implementation.
     let tent = |deepest: f64| {
         let knot = |scalar, extinction| Knot {

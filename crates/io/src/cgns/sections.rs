@@ -62,7 +62,7 @@ fn flat(kind: u64) -> Option<usize> {
     })
 }
 
-/// What a number in a mixed section stands for. Surfaces are passed over: solutions in cells
+/// The meaning of a number in a mixed section. Surfaces are passed over: solutions in cells
 /// have no values for them.
 fn coded(kind: u64) -> Result<Coded, String> {
     match (shape(kind), flat(kind)) {

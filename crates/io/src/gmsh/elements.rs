@@ -26,13 +26,13 @@ pub(super) struct Cell {
 /// The numbers from 0 to 7: corners are in VTK's order already.
 const CORNERS: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 const TETRAHEDRON_10: [usize; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8];
-/// Of 20 nodes and, to its end, of 27.
+/// VTK's order of the nodes of hexahedra: of 20 nodes and, to its end, of 27.
 const HEXAHEDRON: [usize; 27] = [
     0, 1, 2, 3, 4, 5, 6, 7, // corners
     8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15, // edges
     22, 23, 21, 24, 20, 25, 26, // faces and the middle
 ];
-/// Of 15 nodes and, to its end, of 18.
+/// VTK's order of the nodes of prisms: of 15 nodes and, to its end, of 18.
 const PRISM: [usize; 18] = [
     0, 1, 2, 3, 4, 5, // corners
     6, 9, 7, 12, 14, 13, 8, 10, 11, // edges

@@ -39,7 +39,7 @@ impl Header {
 
     /// The next line without its end; `None` after the last.
     ///
-    /// What is no text is read as such with replacements: it then matches no key.
+    /// Bytes that are not text are read with replacements: the line then matches no key.
     pub(crate) fn next_line(&mut self) -> Option<String> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
         let length = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());

@@ -44,7 +44,7 @@ const ORIGIN: usize = 196;
 const MAP: usize = 208;
 const MACHINE: usize = 212;
 
-/// What IMOD writes at [`IMOD_STAMP`]; the lowest of its flags then means that bytes are signed.
+/// The stamp that IMOD writes at [`IMOD_STAMP`]; the lowest of its flags then means that bytes are signed.
 const IMOD: i32 = 1_146_047_817;
 
 /// Angles of the cell are right if they are off by less than this, in degrees: lengths of a

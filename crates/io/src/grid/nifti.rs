@@ -43,13 +43,13 @@ const QOFFSET: At = (268, 376);
 const SROWS: At = (280, 400);
 const MAGIC: At = (344, 4);
 
-/// What NIFTI_INTENT_VECTOR says of the fifth axis.
+/// The code NIFTI_INTENT_VECTOR, for a fifth axis of vectors.
 const VECTORS: i32 = 1007;
 
 /// NIFTI_INTENT_RGB_VECTOR, and with alpha the next.
 const COLORS: i32 = 2003;
 
-/// What a header's magic says.
+/// The kind of file that a header's magic names.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     /// The samples are behind the header.
@@ -169,7 +169,7 @@ struct Header<'a> {
     path: &'a Path,
     bytes: Vec<u8>,
     endian: Endian,
-    /// Of version 2, in which numbers have twice the bytes.
+    /// Whether it is of version 2, in which numbers have twice the bytes.
     wide: bool,
     /// Whether the file is packed with gzip.
     packed: bool,
@@ -331,7 +331,7 @@ impl Header<'_> {
         })
     }
 
-    /// What to say of the unit of lengths, if the file names it.
+    /// A note on the unit of lengths, if the file names it.
     fn units(&self) -> Option<String> {
         let at = self.at(UNITS);
         let code = match self.wide {

@@ -39,7 +39,7 @@ const LONGEST: u32 = 1 << 16;
 /// The most entries of a last axis that is that of channels.
 const MOST_CHANNELS: usize = 4;
 
-/// What the header of an array says.
+/// The header of an array.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Header {
     pub(crate) number: Number,
@@ -242,7 +242,7 @@ impl Header {
     }
 }
 
-/// What follows `'key':` in a dictionary.
+/// The text behind `'key':` in a dictionary.
 fn value<'t>(text: &'t str, key: &str) -> Option<&'t str> {
     let quoted = [format!("'{key}'"), format!("\"{key}\"")];
     let after = quoted.iter().find_map(|key| text.split_once(key.as_str()));
@@ -260,7 +260,7 @@ fn sizes(text: &str) -> Option<Vec<usize>> {
         .collect()
 }
 
-/// What a type such as `'<f4'` says: numbers, whether two of them make one, and their order;
+/// The meaning of a type such as `'<f4'`: numbers, whether two of them make one, and their order;
 /// else what is wrong.
 fn number_of(description: &str) -> Result<(Number, bool, Endian), String> {
     let refuse = |what: &str| {

@@ -19,7 +19,7 @@ use super::space::{Space, turned};
 use super::{Description, Entries, Extra, MOST_AXES, axes, no_volume};
 use crate::source::Endian;
 
-/// What the fields say; see the format's description for their meaning.
+/// The fields of a header; see the format's description for their meaning.
 #[derive(Default)]
 struct Fields {
     number: Option<Number>,
@@ -296,7 +296,7 @@ impl Fields {
     }
 }
 
-/// What an axis is for.
+/// The kind of an axis.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Space,

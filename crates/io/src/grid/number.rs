@@ -20,7 +20,7 @@ pub(crate) enum Number {
     U32,
     I64,
     U64,
-    /// Of 16 bits, as IEEE 754 has it.
+    /// A float of 16 bits, as in IEEE 754.
     F16,
     F32,
     F64,
@@ -383,7 +383,7 @@ fn floats(numbers: Vec<f64>) -> Converted {
     }
 }
 
-/// What to take off numbers from `low` to `high`, which are `range` apart: 0 if 32-bit floats
+/// The offset to take off numbers from `low` to `high`, which are `range` apart: 0 if 32-bit floats
 /// tell enough of them apart, else a number below `low` with few digits.
 fn offset(low: f64, high: f64, range: f64) -> f64 {
     let most = low.abs().max(high.abs());
@@ -418,7 +418,7 @@ fn fill(numbers: impl Iterator<Item = f64> + Clone) -> Option<(f64, u64)> {
 }
 
 impl Converted {
-    /// What to say of the samples of the field `name`.
+    /// Notes on the samples of the field `name`.
     pub(crate) fn notes(&self, name: &str) -> Vec<String> {
         let mut notes = Vec::new();
         if self.offset != 0.0 {
@@ -449,7 +449,7 @@ impl Converted {
     }
 }
 
-/// What to say if `missing` samples of the field `name` have no value.
+/// A note that `missing` samples of the field `name` have no value, if any are.
 pub(crate) fn missing_note(name: &str, missing: u64) -> Option<String> {
     let samples = count(missing, "sample");
     (missing > 0).then(|| {

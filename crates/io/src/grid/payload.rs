@@ -41,7 +41,7 @@ pub(crate) struct Payload {
     pub(crate) endian: Endian,
 }
 
-/// What a byte of deflated data grows to at most: 258 bytes in 2 bits.
+/// The most bytes that a byte of deflated data becomes: 258 bytes in 2 bits.
 pub(crate) const DEFLATE: u64 = 1032;
 
 /// The most bytes that a packed file of `length` bytes may hold.
@@ -258,7 +258,7 @@ impl Payload {
         Ok(reader)
     }
 
-    /// Of the numbers that [`Payload::unpack`] gives: words become little-endian.
+    /// The byte order of the numbers that [`Payload::unpack`] gives: words become little-endian.
     fn endian(&self) -> Endian {
         match self.encoding {
             Encoding::Text => Endian::Little,
@@ -314,7 +314,7 @@ pub(crate) fn open_unpacked(path: &Path) -> Result<(Box<dyn Read>, bool), Error>
     })
 }
 
-/// What went wrong while `count` numbers were read.
+/// The error for a failure while `count` numbers were read.
 fn damaged(path: &Path, count: usize, source: std::io::Error) -> Error {
     match source.kind() {
         ErrorKind::UnexpectedEof | ErrorKind::InvalidData | ErrorKind::InvalidInput => {
@@ -337,7 +337,7 @@ fn cannot_read(path: &Path, source: std::io::Error) -> Error {
     }
 }
 
-/// Of two numbers above 0.
+/// The greatest common divisor of two numbers above 0.
 fn greatest_common_divisor(a: usize, b: usize) -> usize {
     let (mut a, mut b) = (a, b);
     while b > 0 {

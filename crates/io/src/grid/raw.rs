@@ -39,7 +39,7 @@ impl From<RawNumber> for Number {
     }
 }
 
-/// What is in a raw file of this layout.
+/// The content of a raw file of this layout.
 pub(crate) fn describe(path: &Path, layout: &RawLayout) -> Result<Description, Error> {
     let dims = layout.lattice.dims;
     let count = layout.lattice.validate().map_err(|e| no_volume(path, e))?;

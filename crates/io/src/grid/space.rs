@@ -9,7 +9,7 @@ use tetrascope_core::glam::DVec3;
 /// The name of the world, where a file says how it lies in it.
 pub(crate) const WORLD: &str = "LPS";
 
-/// What a file's coordinates mean.
+/// The meaning of a file's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Space {
     /// A coordinate of the world is one of the file times this.
@@ -84,7 +84,7 @@ impl Space {
         self.signs.element_product() < 0.0
     }
 
-    /// What to say of a file whose space has this `name`.
+    /// Notes on a file whose space has this `name`.
     pub(crate) fn notes(&self, name: &str) -> Vec<String> {
         let turned: Vec<&str> = (0..3)
             .filter(|axis| self.signs[*axis] < 0.0)

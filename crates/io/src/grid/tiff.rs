@@ -40,11 +40,11 @@ const MOST_PADDING: u64 = 1 << 26;
 /// The version of BigTIFF.
 const BIG: u16 = 43;
 
-/// What a byte of LZW grows to at most: a code of 12 bits stands for up to 3838 bytes, as each
+/// The most bytes that a byte of LZW becomes: a code of 12 bits stands for up to 3838 bytes, as each
 /// of the 4096 codes but the first 258 is one longer than another.
 const LZW: u64 = 2560;
 
-/// What a byte of PackBits grows to at most: 128 bytes in two.
+/// The most bytes that a byte of PackBits becomes: 128 bytes in two.
 const PACK_BITS: u64 = 64;
 
 /// Whether this is the beginning of a TIFF file.
@@ -85,7 +85,7 @@ struct TiffFile {
     is_big: bool,
 }
 
-/// What pages of one stack have in common.
+/// The properties that pages of one stack have in common.
 #[derive(Clone, Copy, PartialEq)]
 struct Kind {
     width: u32,
@@ -197,7 +197,7 @@ impl TiffFile {
         Ok(pages)
     }
 
-    /// What the page is that the decoder is at.
+    /// The kind of the page that the decoder is at.
     fn kind(&mut self, page: usize) -> Result<Kind, Error> {
         let refuse = |error: TiffError| refused(&self.source, page, &error);
         let (width, height) = self.decoder.dimensions().map_err(refuse)?;
@@ -272,7 +272,7 @@ impl TiffFile {
         count.unwrap_or(0).saturating_add(2 * offsets.len() as u64)
     }
 
-    /// What a byte of the decoder's page grows to at most.
+    /// The most bytes that a byte of the decoder's page becomes.
     fn growth(&mut self) -> u64 {
         let compression = self.decoder.find_tag_unsigned::<u32>(Tag::Compression);
         match compression.ok().flatten().unwrap_or(1) {
@@ -344,7 +344,7 @@ impl TiffFile {
         (all_follow && stack.pages.is_none()).then_some(start)
     }
 
-    /// What the pages are, and where their samples stand, from byte `plain` on or packed.
+    /// A description of the pages, and of where their samples stand: from byte `plain` on, or packed.
     fn describe(
         &mut self,
         kind: &Kind,
@@ -510,7 +510,7 @@ impl TiffFile {
     }
 }
 
-/// What is wrong with a page.
+/// The error for a page that is refused.
 fn refused(source: &Source, page: usize, error: &TiffError) -> Error {
     source.error_with_help(
         format!("page {page}"),

@@ -57,7 +57,7 @@ impl Shape {
     }
 }
 
-/// What a number of a type stands for in a list of cells of several.
+/// The meaning of a type's number in a list of cells of several types.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Coded {
     Cell(Shape),

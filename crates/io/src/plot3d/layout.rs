@@ -12,7 +12,7 @@ use crate::source::{Endian, Source, count};
 /// Points along i, j and k.
 pub(super) type Dimensions = [u32; 3];
 
-/// What a file holds.
+/// The content of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// All x, all y, all z of a block, then perhaps its IBLANK integers.

@@ -65,9 +65,9 @@ pub(super) fn join(
 /// A partition of a mesh, or all of a structured one.
 pub(super) struct Part {
     block: Arc<Block>,
-    /// Of the points in the file.
+    /// Its points among those of the file.
     points: Range<u64>,
-    /// Of the cells in the file.
+    /// Its cells among those of the file.
     cells: Range<u64>,
     topology: Topology,
 }
@@ -120,7 +120,7 @@ struct Counts {
 }
 
 impl Counts {
-    /// What `dataset` says of `parts`, the first of which begins at `start`.
+    /// The counts that `dataset` holds for `parts`, the first of which begins at `start`.
     fn of(group: &Group, dataset: &str, parts: &Range<u64>, start: u64) -> Result<Counts, Error> {
         let numbers = needed(group, dataset)?.view(&[], parts.clone())?;
         if numbers.count() != parts.end - parts.start {

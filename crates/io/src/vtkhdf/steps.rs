@@ -35,7 +35,7 @@ impl Steps {
         Ok(Some(Steps { group, times }))
     }
 
-    /// What a dataset says of a step, if it is there.
+    /// The number that a dataset holds for a step, if it is there.
     pub(super) fn at(&self, name: &str, step: usize) -> Result<Option<u64>, Error> {
         let dataset = self.group.dataset(name)?;
         dataset.map(|dataset| place(&dataset, step)).transpose()

@@ -22,7 +22,7 @@ use crate::grid::payload::{UNPACK, most_unpacked};
 use crate::source::{Endian, Source, room};
 use crate::vtk::parse_float;
 
-/// What a byte can grow to, by the formats: deflate codes at most 258 bytes in
+/// The most bytes that a byte can become, by the formats: deflate codes at most 258 bytes in
 /// 2 bits, LZ4 255 bytes in one, LZMA 273 bytes in 14 decisions. Each of these costs 0.022 bits
 /// or more, as its probability stays at or below 1 - 31/2048. The sum allows for the headers of
 /// tiny blocks.

@@ -83,10 +83,10 @@ pub(super) struct Piece<'a> {
     pub(super) cells: u64,
     pub(super) point_data: Vec<ArrayElement<'a>>,
     pub(super) cell_data: Vec<ArrayElement<'a>>,
-    /// Of the points, or along the axes of a rectilinear grid.
+    /// Coordinates of the points, or along the axes of a rectilinear grid.
     pub(super) coordinates: Vec<ArrayElement<'a>>,
     pub(super) topology: Vec<ArrayElement<'a>>,
-    /// Of what has no list of cells: the first and last point along each axis.
+    /// The first and last point along each axis, where there is no list of cells.
     pub(super) extent: [i64; 6],
     /// The `Scalars` of `PointData` and `CellData`.
     active: [Option<String>; 2],
@@ -108,7 +108,7 @@ impl<'a> Piece<'a> {
     }
 }
 
-/// What follows the underscore of `AppendedData`.
+/// The data behind the underscore of `AppendedData`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Appended<'a> {
     pub(super) bytes: &'a [u8],
@@ -123,16 +123,16 @@ pub(crate) struct Image {
     /// Where sample (0, 0, 0) lies, whether it is in the extent or not.
     pub(crate) origin: DVec3,
     pub(crate) spacing: DVec3,
-    /// The axes' directions, one a column.
+    /// The axes' directions, one per column.
     pub(crate) direction: DMat3,
 }
 
 /// A `.vtu`, `.vts`, `.vtr` or `.vti` file.
 #[derive(Debug)]
 pub(super) struct Document<'a> {
-    /// What there is instead of points and cells in a `.vti` file.
+    /// The image that a `.vti` file has in place of points and cells.
     pub(super) image: Option<Image>,
-    /// What there is instead of cells in a `.vts` or `.vtr` file.
+    /// The structure that a `.vts` or `.vtr` file has in place of cells.
     pub(super) structure: Option<Structure>,
     pub(super) endian: Endian,
     /// Headers of binary data are 64-bit numbers, else 32-bit.
@@ -541,7 +541,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// What the attributes of a `StructuredGrid` or `RectilinearGrid` at byte `place` say, or those of
+/// The structure that the attributes of a `StructuredGrid` or `RectilinearGrid` at byte `place` say, or those of
 /// the same with a `P` before, in a list of pieces.
 pub(super) fn structure(
     source: &Source,
@@ -557,7 +557,7 @@ pub(super) fn structure(
     })
 }
 
-/// What the attributes of an `ImageData` or `PImageData` at byte `place` say.
+/// The image that the attributes of an `ImageData` or `PImageData` at byte `place` say.
 pub(super) fn image(
     source: &Source,
     attributes: &Attributes,

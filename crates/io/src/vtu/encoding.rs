@@ -56,7 +56,7 @@ pub(crate) fn to_utf8(source: Source) -> Result<Source, Error> {
     })
 }
 
-/// What `<?xml … encoding="…"?>` says.
+/// The encoding that `<?xml … encoding="…"?>` declares.
 fn declared(head: &[u8]) -> Option<String> {
     let declaration = head.trim_ascii_start().strip_prefix(b"<?xml")?;
     let end = find(declaration, b"?>")?;

@@ -21,7 +21,7 @@ use crate::pieces::Fields;
 use crate::read::FileData;
 use crate::source::{KEEP_TOGETHER, Source, beside, count, read_at};
 
-/// What a file lists.
+/// The kind of pieces that a file lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Pieces of one mesh, all with the same fields: `.pvtu`.
@@ -147,7 +147,7 @@ enum Whole {
 }
 
 impl Whole {
-    /// What the element of a list at byte `place` says that its pieces are in.
+    /// The whole that the element of a list at byte `place` describes.
     fn of(list: &Source, element: &BytesStart, place: usize) -> Result<Whole, Error> {
         let attributes = attributes(list, element, place)?;
         Ok(match element.local_name().as_ref() {
@@ -157,7 +157,7 @@ impl Whole {
     }
 }
 
-/// What a VTK XML file holds that is not a mesh.
+/// The kind of a VTK XML file that is not a mesh.
 fn other_kind(path: &Path) -> Result<Option<String>, Error> {
     let head = Source {
         path: path.to_owned(),

@@ -14,7 +14,7 @@ use crate::fields::Numbers;
 use crate::grid::number::Number;
 use crate::source::{Endian, Source};
 
-/// What all arrays of a file share.
+/// Facts that all arrays of a file share.
 pub(super) struct File {
     source: Arc<Source>,
     endian: Endian,
@@ -40,7 +40,7 @@ impl File {
         })
     }
 
-    /// What a decoder needs to know.
+    /// The facts that a decoder needs.
     fn document(&self) -> Document<'_> {
         Document {
             image: None,
@@ -80,7 +80,7 @@ enum Place {
 enum Text {
     /// Bytes of the file.
     InFile(Range<usize>),
-    /// Of several pieces of text, which other elements part.
+    /// Text in several parts, between which other elements stand.
     Joined(String),
 }
 

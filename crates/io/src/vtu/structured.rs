@@ -216,7 +216,7 @@ fn regular(files: &[Opened], structure: &Structure) -> Result<Option<(Image, Str
     Ok(Some((image, note_of_steps(worst))))
 }
 
-/// What is to be said of coordinates that are off by this share of a step.
+/// A note on coordinates that are off by this share of a step.
 pub(crate) fn note_of_steps(off: f64) -> String {
     format!("the coordinates are evenly spaced to {off:.1e} of a step: the grid is regular")
 }

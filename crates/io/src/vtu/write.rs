@@ -144,7 +144,7 @@ fn is_renumbered(kind: u8) -> bool {
 }
 
 impl MeshData {
-    /// What [`write_vtu`] does not keep of the file from which this mesh was read, one sentence
+    /// The parts of the file from which this mesh was read that [`write_vtu`] does not keep, one sentence
     /// each.
     pub fn lost_in_vtu(&self) -> Vec<String> {
         let mut lost = Vec::new();

@@ -25,7 +25,7 @@ const PART: u64 = 1 << 14;
 #[derive(Clone)]
 pub(super) struct Item {
     pub(super) source: Arc<Source>,
-    /// Of the element in the file.
+    /// Byte of the element in the file.
     pub(super) byte: usize,
     pub(super) number: Number,
     pub(super) shape: Vec<u64>,

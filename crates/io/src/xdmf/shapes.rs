@@ -46,7 +46,7 @@ pub(super) fn named(name: &str) -> Result<Option<Shape>, String> {
     }
 }
 
-/// What the number of a type stands for.
+/// The meaning of a type's number.
 pub(super) fn coded(code: u64) -> Result<Coded, String> {
     let known = NAMES.iter().find(|(number, ..)| *number == code);
     Ok(match (code, known) {

@@ -185,7 +185,7 @@ fn cells(items: &Items, grid: &Grid) -> Result<Cells, Error> {
 struct Place {
     coordinates: Coordinates,
     points: u64,
-    /// Of the type of the coordinates.
+    /// Relative rounding of the coordinates' type.
     epsilon: f64,
     /// How many bytes they take in the files.
     bytes: u64,

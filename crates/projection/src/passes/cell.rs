@@ -18,7 +18,7 @@ const CELLS_PER_DRAW: u32 = (1 << 16) / 4;
 /// Two triangles around the corners of a cell's footprint.
 const FOOTPRINT: [u16; 6] = [0, 1, 2, 0, 2, 3];
 
-/// What does not depend on the optical model.
+/// The parts of the pass that do not depend on the optical model.
 #[derive(Clone, Debug)]
 pub(crate) struct CellPass {
     frame_layout: wgpu::BindGroupLayout,
@@ -26,7 +26,7 @@ pub(crate) struct CellPass {
     indices: wgpu::Buffer,
 }
 
-/// What is on the device.
+/// The data on the device.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Uploaded<'a> {
     pub(crate) geometry: &'a Geometry,
@@ -135,7 +135,7 @@ impl CellPass {
         program
     }
 
-    /// What `program` draws, in the order of the cell indices in `drawn`; where it is of faces,
+    /// The data that `program` draws, in the order of the cell indices in `drawn`; where it is of faces,
     /// with their group.
     pub(crate) fn data(
         &self,
@@ -153,7 +153,7 @@ impl CellPass {
         })
     }
 
-    /// What the pass reads, with the cells of `drawn`.
+    /// The data that the pass reads, with the cells of `drawn`.
     pub(crate) fn volume_group(
         &self,
         gpu: &Gpu,

@@ -12,7 +12,7 @@ use super::cell::{CellPass, Uploaded};
 use crate::mesh::{Field, Geometry};
 use crate::options::{CellLayout, ExitSearch, ProjectionOptions};
 
-/// What does not depend on the volume.
+/// The parts of the pass that do not depend on the volume.
 #[derive(Clone, Debug)]
 pub(crate) struct FacePass {
     source: &'static str,
@@ -20,7 +20,7 @@ pub(crate) struct FacePass {
     group_layout: wgpu::BindGroupLayout,
     /// The minimum of three numbers; one texel where they are compared.
     minimum: wgpu::Texture,
-    /// Its samples a side, 0 where they are compared.
+    /// Its samples per side, 0 where they are compared.
     side: u32,
 }
 

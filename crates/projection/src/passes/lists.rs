@@ -13,7 +13,7 @@ use super::cell::{CellData, CellPass, FrameData, Uploaded, begin};
 use crate::gpu_data;
 use crate::tiles::Tile;
 
-/// What the lists add up to; nothing is blended, so every device draws into f32.
+/// Format of the lists' sum; nothing is blended, so every device draws into f32.
 pub(crate) const FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 
 /// A pass must have a target; this one stays as it is.
@@ -51,7 +51,7 @@ pub(crate) struct ListPass {
 struct Lists {
     heads: wgpu::Buffer,
     fragments: wgpu::Buffer,
-    /// Of one pixel alone where no tile needs two turns.
+    /// States of the sort, for one pixel alone where no tile needs two turns.
     states: wgpu::Buffer,
 }
 

@@ -23,7 +23,7 @@ pub(crate) const COLOR: TextureFormat = TextureFormat::Rgba32Float;
 const DISTANCE: TextureFormat = TextureFormat::R32Float;
 const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 
-/// What the pass draws into.
+/// The targets of the pass.
 const TARGETS: [Option<wgpu::ColorTargetState>; 2] = [target(COLOR), target(DISTANCE)];
 
 const fn target(format: TextureFormat) -> Option<wgpu::ColorTargetState> {
@@ -45,7 +45,7 @@ fn hidden() -> wgpu::DepthStencilState {
     }
 }
 
-/// What does not depend on the appearance.
+/// The parts of the pass that do not depend on the appearance.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfacePass {
     groups: Vec<wgpu::BindGroupLayout>,
@@ -161,7 +161,7 @@ impl SurfacePass {
         Ok(found)
     }
 
-    /// What the pass reads of `frame`.
+    /// The data that the pass reads of `frame`.
     pub(crate) fn look_group(
         &self,
         gpu: &Gpu,

@@ -217,7 +217,7 @@ impl CellProjection {
             &classified.culled.drawn,
             &classified.culled.pieces,
         ];
-        // Four numbers a texel.
+        // Four numbers per texel.
         let texels = |t: &wgpu::Texture| 16 * u64::from(t.width()) * u64::from(t.height());
         let (order_bytes, sorted) = match &style.sorting {
             Sorting::Centroid(data) => (data.bytes(), true),

@@ -1,4 +1,4 @@
-//! What `reload` and `restyle` replace, and how it is made.
+//! The parts of the renderer that `reload` and `restyle` replace, and how they are made.
 
 use std::sync::OnceLock;
 
@@ -44,14 +44,14 @@ pub(super) enum Way {
     PerPixel,
 }
 
-/// What sorts, compiled when it is first needed.
+/// The programs that sort, compiled when first needed.
 #[derive(Debug, Default)]
 pub(super) struct Sorter {
     order: Option<OrderPass>,
     lists: OnceLock<ListPass>,
 }
 
-/// What it sorts with in one style.
+/// The data to sort with in one style.
 #[derive(Debug)]
 pub(super) enum Sorting {
     None,
@@ -61,7 +61,7 @@ pub(super) enum Sorting {
     PerPixel,
 }
 
-/// What a [`Style`] is made with.
+/// Inputs of a [`Style`].
 pub(super) struct Parts<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) options: &'a ProjectionOptions,
@@ -165,7 +165,7 @@ impl Parts<'_> {
 }
 
 impl Style {
-    /// What draws whole cells into lists, made when a view first needs it. Submits nothing.
+    /// The data that draw whole cells into lists, made when a view first needs them. Submits nothing.
     pub(super) fn whole_cells(&self, parts: &Parts) -> Result<&CellData, Error> {
         if self.sorting.is_per_pixel() {
             return Ok(&self.cell);

@@ -1,4 +1,4 @@
-//! What is kept and what is made again.
+//! Tests of what a renderer keeps and of what it makes again.
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Scalars;

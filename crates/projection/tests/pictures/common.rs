@@ -1,4 +1,4 @@
-//! What the tests of pictures share: scenes, views, the truth and how far it is.
+//! Scenes, views, the truth and measures of error that the tests of pictures share.
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{

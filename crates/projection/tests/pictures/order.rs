@@ -15,7 +15,7 @@ use tetrascope_testing::{self as testing, between, point_scalars, split, tetrahe
 
 use crate::common::{crooked, drawn, mesh, truth};
 
-/// What a promise to be exact means (`limits.rs` of xtask derives it): RMSE and the
+/// The meaning of a promise to be exact (`limits.rs` of xtask derives it): RMSE and the
 /// greatest difference.
 const PROMISED: (f64, f64) = (3e-6, 3e-4);
 

@@ -257,7 +257,7 @@ fn layouts_take_the_bytes_that_were_published() {
     let at_vertices = ExitSearch::PerVertex;
     assert_eq!(bytes(at_vertices, CellLayout::TwelveFloats), 720.0);
     assert_eq!(bytes(at_vertices, CellLayout::TwelveShorts), 456.0);
-    // Four indices a cell, and three coordinates and a scalar for each vertex, of which
+    // Four indices per cell, and three coordinates and a scalar for each vertex, of which
     // there is one for every four to six cells.
     for exit in [at_vertices, ExitSearch::PerFragment] {
         let shared = bytes(exit, CellLayout::SharedVertices);

@@ -433,7 +433,7 @@ impl Application {
     }
 }
 
-/// What an empty depth buffer holds.
+/// The depth in an empty depth buffer.
 fn far_depth(compare: CompareFunction) -> f32 {
     match compare {
         CompareFunction::Greater => 0.0,

@@ -461,7 +461,7 @@ fn what_is_left_out_is_counted() {
     assert_eq!(stats.get(CELLS_SKIPPED), Some(cells - shown));
     assert_eq!(stats.get(CELLS_SORTED), Some(shown));
     assert_eq!(stats.passes, 4);
-    // Four indices and a range a cell, four numbers a vertex as it is and as the eye sees
+    // Four indices and a range a cell, four numbers per vertex as it is and as the eye sees
     // it, and for each of one or two pieces a cell: what it is of, its index, and two keys
     // and two values to sort it. The last row of vertices and small tables are left out.
     let vertices = mesh.points().len() as u64;
@@ -493,7 +493,7 @@ fn what_is_left_out_is_counted() {
     assert!(frame.pixels.iter().all(|p| *p == background));
 }
 
-// Target of the layout of shared vertices: at most 64 bytes a cell, all of them whatever
+// Target of the layout of shared vertices: at most 64 bytes per cell, all of them whatever
 // the view.
 #[test]
 fn a_cell_takes_at_most_64_bytes() {
@@ -519,7 +519,7 @@ fn a_cell_takes_at_most_64_bytes() {
                     let [lasting, per_view] = [lasting, per_view].map(a_cell);
                     eprintln!("{name} {model:?} {order:?}: {lasting:.1} and {per_view:.1}");
                     assert!(lasting <= 64.0, "{name} {model:?} {order:?}: {lasting}");
-                    // 16 bytes a vertex, and two keys and two values for each of two pieces.
+                    // 16 bytes per vertex, and two keys and two values for each of two pieces.
                     assert!(0.0 < per_view && per_view <= 8.0 + 32.0, "{per_view}");
                 }
             }

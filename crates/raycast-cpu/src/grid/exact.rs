@@ -28,7 +28,7 @@ const SIX: [[f64; 2]; 6] = [
     [0.966_234_757_101_576, 0.085_662_246_189_585_17],
 ];
 
-/// What all cells of a frame share.
+/// Data that all cells of a frame share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Exact<'a> {
     pub(crate) pieces: &'a Pieces,

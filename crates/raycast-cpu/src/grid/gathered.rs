@@ -1,4 +1,4 @@
-//! What a ray has gathered.
+//! The light that a ray has gathered.
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::optics::{CompensatedSum, over};
@@ -16,7 +16,7 @@ pub(crate) struct Gathered {
 /// A pixel and how far along its ray its surface is.
 pub(crate) type Pixel = ([f32; 4], f32);
 
-/// What rays become where they end.
+/// The results of rays where they end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Finish {
     pub(crate) model: OpticalModel,

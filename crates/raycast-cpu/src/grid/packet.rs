@@ -35,7 +35,7 @@ const NO_ROW: u32 = u32::MAX;
 /// Mapped scalars beyond this are as good as infinite, and products of a few still fit f32.
 const HUGE: f32 = 1e30;
 
-/// What all packets of a frame share.
+/// Data that all packets of a frame share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shared<'a> {
     pub(crate) field: &'a Field,
@@ -53,7 +53,7 @@ pub(crate) struct Square {
     pub(crate) size: [u32; 2],
 }
 
-/// What was done for a square.
+/// The work that was done for a square.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Work {
     pub(crate) visits: u64,

@@ -49,7 +49,7 @@ impl Pieces {
         &self.0[self.find(low, false)..=self.find(high, true)]
     }
 
-    /// What a constant scalar is: on a step both sides count half.
+    /// The piece that a constant scalar is: on a step both sides count half.
     pub(crate) fn constant(&self, scalar: f64) -> Piece {
         let sides = [false, true].map(|rising| self.0[self.find(scalar, rising)]);
         Piece {

@@ -20,7 +20,7 @@ pub(crate) struct Rays<'a> {
     spacing: DVec3,
     first: f64,
     planes: &'a [ClipPlane],
-    /// Of depth along `forward`.
+    /// Depth cue as a function of depth along `forward`.
     cue: Option<CueRamp>,
     ends: Option<&'a [f64]>,
 }
@@ -34,7 +34,7 @@ pub(crate) struct PixelRay {
     pub(crate) line: Line,
     /// The stretch that nothing cuts away, world units.
     pub(crate) kept: [f64; 2],
-    /// Of the distance along the ray.
+    /// Depth cue as a function of the distance along the ray.
     pub(crate) cue: Option<CueRamp>,
 }
 

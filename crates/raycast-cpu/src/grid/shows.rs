@@ -5,7 +5,7 @@ use tetrascope_core::{Appearance, OpticalModel};
 
 use super::pieces::Pieces;
 
-/// What shows, as inclusive intervals of scalars in f32, as samples are.
+/// The scalars that show, as inclusive intervals in f32, as samples are.
 #[derive(Clone, Debug)]
 pub(crate) struct Shows {
     /// Whether nothing does.
@@ -19,7 +19,7 @@ pub(crate) struct Shows {
 }
 
 impl Shows {
-    /// What of a grid shows; `fills_cells` where samples do, so that no surface is anywhere.
+    /// The scalars of a grid that show; `fills_cells` where samples do, so that no surface is anywhere.
     pub(crate) fn new(appearance: &Appearance, pieces: &Pieces, fills_cells: bool) -> Shows {
         let model = appearance.optical_model;
         let values = (model == OpticalModel::Isosurfaces).then(|| {

@@ -11,7 +11,7 @@ use super::pieces::Pieces;
 /// Numbers of a [`Row`].
 pub(crate) const COLUMNS: usize = 11;
 
-/// What is linear between two knots, in terms of the share x of the way from the lower to the
+/// A linear stretch between two knots, in terms of the share x of the way from the lower to the
 /// upper one: the two mapped scalars, the reciprocal of their difference, extinction at x = 0 and
 /// its change up to x = 1, and both of red, green and blue.
 pub(crate) type Row = [f32; COLUMNS];
@@ -216,7 +216,7 @@ impl Table {
         &self.rows[index as usize]
     }
 
-    /// What a constant `sample` on a step is.
+    /// The row that a constant `sample` on a step has.
     #[inline(always)]
     pub(crate) fn step(&self, sample: f32) -> Option<&Row> {
         let sample = f64::from(sample);

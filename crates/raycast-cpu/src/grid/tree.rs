@@ -23,7 +23,7 @@ const EMPTY: u32 = u32::MAX;
 /// The scalars in a brick, rounded to nothing: samples fit f32.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Range {
-    /// Of the samples that have a value and are covered; `low > high` where there is none.
+    /// The range of the samples that have a value and are covered; `low > high` where there is none.
     low: f32,
     high: f32,
     /// Whether a sample has no value, or may count as without.
@@ -39,7 +39,7 @@ struct Brick {
     words: u32,
 }
 
-/// What is around a cell.
+/// The neighborhood of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Look {
     /// Which cells of its block show; see [`bit`].
@@ -135,7 +135,7 @@ impl Tree {
         self.side
     }
 
-    /// What is around a cell for a ray of this octant: bit i says that it falls along axis i.
+    /// The neighborhood of a cell for a ray of this octant: bit i says that it falls along axis i.
     #[inline(always)]
     pub(crate) fn look(&self, [x, y, z]: [u32; 3], octant: usize) -> Look {
         let brick = [(x >> 4) as usize, (y >> 4) as usize, (z >> 4) as usize];

@@ -41,7 +41,7 @@ pub(crate) struct Walk {
     pub(crate) skipped: u64,
 }
 
-/// What the line and a cell have in common, of positive length.
+/// The stretch of positive length that the line and a cell have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stretch {
     pub(crate) cell: [u32; 3],

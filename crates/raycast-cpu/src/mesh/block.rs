@@ -40,10 +40,10 @@ pub(super) struct Block {
     /// From the first to before the last.
     pub(super) columns: [usize; 2],
     pub(super) rows: [usize; 2],
-    /// Of those that a ray through the mesh has changed: the place in the block, row by row, the
+    /// Pixels that a ray through the mesh has changed: the place in the block, row by row, the
     /// pixel, and how far the surface is.
     pub(super) pixels: Vec<(u32, [f32; 4], f32)>,
-    /// Of paths by themselves: the place in the block, and the segment.
+    /// Segments of paths by themselves: the place in the block, and the segment.
     pub(super) segments: Vec<(u32, PathSegment)>,
     pub(super) counts: Counts,
 }
@@ -201,7 +201,7 @@ impl Scene<'_> {
     }
 }
 
-/// What has a place in a block.
+/// Something that has a place in a block.
 pub(super) trait Placed {
     fn place(&self) -> u32;
 }

@@ -1,4 +1,4 @@
-//! What a piece of a ray adds, in every optical model: the counterpart in vectors of
+//! The light that a piece of a ray adds, in every optical model: the counterpart in vectors of
 //! `tetrascope_core::optics`, whose docs have the integral.
 //!
 //! Williams, Max, Stein 1998. In their terms: a and b are the extinctions at a piece's front and
@@ -27,13 +27,13 @@ pub(super) fn number(model: OpticalModel) -> u8 {
     }
 }
 
-/// What rays have gathered, front to back.
+/// The light that rays have gathered, front to back.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gathered<S: Simd> {
     /// Light; the optical depth in the first where only that is gathered; the greatest color.
     pub(super) light: [S::f32s; 3],
     pub(super) transmittance: S::f32s,
-    /// What roundings took from it: many clear cells would add up (Kahan 1965).
+    /// The part that roundings took from it: many clear cells would add up (Kahan 1965).
     pub(super) lost: S::f32s,
 }
 
@@ -125,7 +125,7 @@ impl<S: Simd> Gathered<S> {
         }
     }
 
-    /// What absorbs `alpha` of the light behind it.
+    /// Absorbs `alpha` of the light behind.
     #[inline(always)]
     fn dim(&mut self, transmittance: S::f32s, alpha: S::f32s) {
         let taken = transmittance * alpha;

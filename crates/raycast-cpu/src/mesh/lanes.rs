@@ -1,4 +1,4 @@
-//! What is kept a lane, where vectors are taken apart: rays that wait, and the lane's ray, path and
+//! Data kept per lane, where vectors are taken apart: rays that wait, and the lane's ray, path and
 //! interval.
 
 use tetrascope_core::glam::DVec3;
@@ -13,7 +13,7 @@ use crate::simd::{MOST_LANES, PerLane};
 /// A lane without a ray.
 pub(super) const NO_RAY: u32 = u32::MAX;
 
-/// What a ray leaves.
+/// The results of a ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cast {
     /// The ray's place in its block.
@@ -26,7 +26,7 @@ pub(super) struct Cast {
     pub(super) ends: [f32; 2],
 }
 
-/// What a block's rays did.
+/// Counts of a block's rays.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     pub(super) visits: u64,
@@ -67,7 +67,7 @@ pub(super) struct Lanes {
     /// Through, slope, depth, begin, end and cue, as in [`BlockRays`].
     pub(super) line: [PerLane<f32>; 9],
     pub(super) light: [PerLane<f32>; 3],
-    /// What earlier steps gathered, and what roundings took from it.
+    /// The light of earlier steps, and the part that roundings took from it.
     pub(super) light_before: [PerLane<f32>; 3],
     pub(super) light_lost: [PerLane<f32>; 3],
     pub(super) transmittance: PerLane<f32>,

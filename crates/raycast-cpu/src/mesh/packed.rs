@@ -1,4 +1,4 @@
-//! A mesh in memory: 32 bytes a cell, so that none lies in two cache lines, and 16 a vertex.
+//! A mesh in memory: 32 bytes per cell, so that none lies in two cache lines, and 16 per vertex.
 
 use std::sync::Arc;
 
@@ -21,11 +21,11 @@ pub(super) const LEAST_NO_SCALAR: f32 = 1e34;
 pub(super) struct Cell {
     /// The exclusive or of its vertices' ids.
     pub(super) sum: u32,
-    /// What is behind the face opposite each vertex: of that with the least id, and then of those with
+    /// Neighbors behind the face opposite each vertex: first the vertex with the least id, then those with
     /// decreasing ids, as ranks are counted down. Behind the boundary a cell of its own stands
     /// for each face, so that what is behind a cell can be read without asking.
     pub(super) neighbors: [u32; 4],
-    /// Of cell data.
+    /// The scalar of cell data.
     pub(super) scalar: f32,
 }
 
@@ -53,7 +53,7 @@ impl Kind {
     }
 }
 
-/// What stays while the geometry does.
+/// The data that stay while the geometry does.
 #[derive(Debug)]
 pub(super) struct Places {
     pub(super) normalization: Normalization,
@@ -94,7 +94,7 @@ pub(super) struct Packed {
     pub(super) cells: Arc<Vec<Cell>>,
     pub(super) cell_count: usize,
     pub(super) vertices: Arc<Vec<Vertex>>,
-    /// Of each cell by increasing id, for [`Kind::Corners`].
+    /// Corner scalars of each cell by increasing id, for [`Kind::Corners`].
     pub(super) corners: Arc<Vec<[f32; 4]>>,
     /// Whether some scalar is none.
     pub(super) has_gaps: bool,

@@ -56,7 +56,7 @@ impl Class {
     }
 }
 
-/// What all blocks of a frame share about their rays.
+/// Facts about rays that all blocks of a frame share.
 #[derive(Debug)]
 pub(super) struct Camera<'a> {
     rays: Rays,

@@ -1,4 +1,4 @@
-//! What `restyle` changes: the transfer function as lanes read it.
+//! The data that `restyle` changes: the transfer function as lanes read it.
 
 use tetrascope_core::{Appearance, OpticalModel};
 use tetrascope_f32::knots::knot_pairs;

@@ -9,7 +9,7 @@ use super::bench::{
     SLOPE, STEPS, check, difference, drawn, grid_of, look, oblique, samples, views, wave,
 };
 
-/// What f32 may do to a pixel and to the mean: light and opacity are sums of at most some hundred
+/// The error that f32 may cause in a pixel and in the mean: light and opacity are sums of at most some hundred
 /// parts, each within 2⁻²² of a scalar whose rounding the steepest extinction, 30 over the
 /// volume, makes 30 · 2⁻²² · 0.3 of optical depth of; most parts are nearer by ten times.
 const SMOOTH: [f64; 2] = [2e-6, 3e-7];

@@ -1,4 +1,4 @@
-//! What does not show is passed over, and only that.
+//! Tests that all that does not show is passed over, and only that.
 
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::{Interpolation, Lattice, Samples};

@@ -6,7 +6,7 @@ use tetrascope_testing::{exactly, fitted, inside, quarters, scale, surfaces, til
 
 use crate::common::{mesh, renderer};
 
-/// What four parts show together is what the whole shows: a ray goes through the torus twice, and
+/// Four parts together show the same as the whole: a ray goes through the torus twice, and
 /// through its parts in any order.
 #[test]
 fn paths_of_parts_are_the_whole() {

@@ -1,4 +1,4 @@
-//! What must not change a picture.
+//! Changes that must not change a picture.
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;

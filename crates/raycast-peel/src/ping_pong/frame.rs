@@ -30,7 +30,7 @@ struct Targets {
     colors: [wgpu::Texture; 2],
     /// Figure 6: where rays come in, layer after layer in turn.
     layers: [TextureView; 2],
-    /// Of the boundary's faces.
+    /// Depths of the boundary's faces.
     depths: TextureView,
     /// 0 for idle rays, 1 for the others.
     retired: TextureView,
@@ -70,7 +70,7 @@ struct Drawing<'a> {
     frame: BindGroup,
     mesh: BindGroup,
     integration: BindGroup,
-    /// Of boundary faces, where rays cross by sides.
+    /// Rectangles of boundary faces, where rays cross by sides.
     rectangles: Option<wgpu::Buffer>,
     queries: wgpu::QuerySet,
     answers: wgpu::Buffer,
@@ -309,7 +309,7 @@ impl<'a> Drawing<'a> {
         self.renderer.gpu.finish(encoder)
     }
 
-    /// What a step, or what retires rays, reads.
+    /// The data that a step, or the retirement of rays, reads.
     fn traversal(&self, states: &TextureView, colors: &wgpu::Texture) -> BindGroup {
         let colors = view_of(colors);
         let textures = [states, &colors].map(BindingResource::TextureView);

@@ -28,7 +28,7 @@ pub(super) struct CameraUniform {
     pub(super) stop_opacity: f32,
     /// 1 if rays by sides may come in behind the eye.
     pub(super) starts_behind: u32,
-    /// Of the table of integrals.
+    /// Span of the table of integrals.
     pub(super) table_span: [f32; 4],
 }
 

@@ -1,4 +1,4 @@
-//! The mesh in three textures (the paper's section 4.1 and figure 8): 144 bytes a cell.
+//! The mesh in three textures (the paper's section 4.1 and figure 8): 144 bytes per cell.
 
 use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_core::mesh::{Association, FACES, NO_NEIGHBOR};
@@ -31,7 +31,7 @@ pub(super) struct Packing {
 }
 
 impl Packing {
-    /// Textures about as wide as high for `cells` cells, at most `limit` texels a side.
+    /// Textures about as wide as high for `cells` cells, at most `limit` texels per side.
     pub(super) fn new(cells: usize, limit: u32) -> Result<Packing, Error> {
         let cells = cells.max(1) as u64;
         let widest = u64::from(limit / CELL_TEXELS).max(1);
@@ -56,7 +56,7 @@ impl Packing {
     /// (t_u, t_v) of a cell.
     pub(super) fn texel(&self, cell: u32) -> [f32; 2] {
         let column = cell % self.columns;
-        // Exact: no texture has 2²⁴ texels a side.
+        // Exact: no texture has 2²⁴ texels per side.
         [(CELL_TEXELS * column) as f32, (cell / self.columns) as f32]
     }
 
@@ -162,7 +162,7 @@ impl Boundary {
     }
 }
 
-/// What `reload` changes.
+/// The data that `reload` changes.
 #[derive(Clone, Debug)]
 pub(super) struct Mesh {
     pub(super) source: TetMesh,

@@ -47,7 +47,7 @@ pub(super) fn exchanged(mesh: &TetMesh) -> Vec<bool> {
     exchanged.into_iter().map(|is| is == Some(true)).collect()
 }
 
-/// What a cell has of each corner, the last two `exchanged`.
+/// The values that a cell has at its corners, the last two `exchanged`.
 pub(super) fn ordered<T>(exchanged: bool, [a, b, c, d]: [T; 4]) -> [T; 4] {
     if exchanged {
         [a, b, d, c]

@@ -17,9 +17,9 @@ use crate::gpu_data::RECTANGLES;
 use crate::integral::sides_constant;
 use crate::options::{Crossings, RaycastOptions};
 
-/// Of traversal state, layers and the image.
+/// Format of traversal state, layers and the image.
 pub(super) const TEXELS: TextureFormat = TextureFormat::Rgba32Float;
-/// Of both depth buffers.
+/// Format of both depth buffers.
 pub(super) const DEPTHS: TextureFormat = TextureFormat::Depth32Float;
 
 const TEXTURE: BindingType = BindingType::Texture {
@@ -28,7 +28,7 @@ const TEXTURE: BindingType = BindingType::Texture {
     multisampled: false,
 };
 
-/// What does not depend on appearance.
+/// The parts that do not depend on appearance.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     pub(super) frame_layout: BindGroupLayout,
@@ -38,7 +38,7 @@ pub(super) struct Pipelines {
     pub(super) tally_layout: BindGroupLayout,
     pub(super) integration_layout: BindGroupLayout,
     crossings: Crossings,
-    /// Of `sides.wgsl`, where that decides.
+    /// The constant of `sides.wgsl`, where that decides.
     sides: Option<Constant>,
     entry: RenderPipeline,
     /// Where rays cross by planes.
@@ -48,7 +48,7 @@ pub(super) struct Pipelines {
     tally: wgpu::ComputePipeline,
 }
 
-/// What depends on it.
+/// The parts that depend on it.
 #[derive(Debug)]
 pub(super) struct StyledPasses {
     step: RenderPipeline,
@@ -340,7 +340,7 @@ const NOTHING: Color = Color {
     a: 0.0,
 };
 
-/// What is before the first layer: no cell, and before everything.
+/// The layer before the first: no cell, and before everything.
 pub(super) const BEFORE: Color = Color {
     b: -1e30,
     ..NOTHING

@@ -1,4 +1,4 @@
-//! What `restyle` changes: the transfer function on the device, and the passes that are compiled for
+//! The data that `restyle` changes: the transfer function on the device, and the passes that are compiled for
 //! the look.
 
 use tetrascope_core::mesh::Association;

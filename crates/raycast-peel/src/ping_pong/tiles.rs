@@ -21,7 +21,7 @@ impl Tile {
 
 /// `a_side` × `a_side` tiles, without those that a small image leaves no pixels.
 pub(super) fn tiles(a_side: u32, (width, height): (u32, u32)) -> Vec<Tile> {
-    // As in `tally.wgsl`. Images have at most 2¹⁶ pixels a side.
+    // As in `tally.wgsl`. Images have at most 2¹⁶ pixels per side.
     let start = |i: u32, pixels: u32| i * pixels / a_side;
     let mut tiles = Vec::new();
     for row in 0..a_side {

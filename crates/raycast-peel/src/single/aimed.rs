@@ -25,7 +25,7 @@ struct Aim {
     direction: [f32; 4],
 }
 
-/// What rays did.
+/// Counts of rays by their fate.
 #[derive(Debug, Default)]
 struct Sum {
     rays: u64,

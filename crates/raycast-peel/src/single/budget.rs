@@ -22,7 +22,7 @@ use tetrascope_shaders::loops::MARCH_PASSES;
 /// Rounds of a batch, as in `march.wgsl`.
 const ROUNDS: u32 = 8;
 
-/// What the parts of deep pieces take: see above.
+/// The passes that the parts of deep pieces take: see above.
 const PARTS: u32 = 8 * (100 + 24);
 
 /// Clip planes and peeled layers, 16 each, before a ray begins, with some room.
@@ -44,7 +44,7 @@ pub(crate) struct Budget {
     pub(crate) cells: u32,
     /// Passes of all later batches.
     pub(crate) later: u32,
-    /// Of one pass of the loop that follows paths, with the loops in it.
+    /// Passes of loops within one pass of the loop that follows paths.
     pub(crate) passes_per_cell: u32,
 }
 

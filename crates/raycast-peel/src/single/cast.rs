@@ -15,7 +15,7 @@ use crate::gpu_data::{Counters, Progress, State};
 /// Rays whose states are on the device at a time, unless one row of tiles has more: 31 MB.
 const MOST_STATES: u32 = 1 << 17;
 
-/// What a frame is cast into, and where its rays end.
+/// The targets that a frame is cast into, and the depths at which its rays end.
 pub(super) struct Targets<'a> {
     pub(super) sums: &'a Sums,
     pub(super) ends: &'a wgpu::TextureView,
@@ -23,13 +23,13 @@ pub(super) struct Targets<'a> {
     pub(super) has_ends: bool,
 }
 
-/// What all dispatches of a frame share.
+/// Data that all dispatches of a frame share.
 pub(super) struct Cast<'a> {
     single: &'a Single,
     pipeline: wgpu::ComputePipeline,
     groups: [BindGroup; 3],
     pub(super) counters: wgpu::Buffer,
-    /// Of tiles.
+    /// Columns of tiles.
     columns: u32,
     rows: u32,
 }
@@ -167,7 +167,7 @@ impl<'a> Cast<'a> {
         self.single.gpu.buffer("raycast-peel::states", bytes, usage)
     }
 
-    /// What a dispatch of `band` knows and counts.
+    /// The buffer with which a dispatch of `band` knows and counts its progress.
     pub(super) fn progress(
         &self,
         band: Band,

@@ -1,4 +1,4 @@
-//! What a frame records: where its rays enter, and dispatches until they are done.
+//! The commands of a frame: where its rays enter, and dispatches until they are done.
 
 use std::sync::atomic::Ordering;
 

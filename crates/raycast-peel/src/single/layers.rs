@@ -40,7 +40,7 @@ pub(crate) struct Peeling {
     pipeline: wgpu::RenderPipeline,
 }
 
-/// What was peeled.
+/// The layers that were peeled.
 pub(crate) struct Layers {
     faces: wgpu::Texture,
     pub(crate) count: u32,
@@ -71,7 +71,7 @@ fn array(
     })
 }
 
-/// What is bound where no layers are peeled.
+/// The texture that is bound where no layers are peeled.
 pub(crate) fn none(gpu: &Gpu) -> Result<TextureView, Error> {
     let label = "raycast-peel::no_layers";
     let texture = gpu.texture(label, (1, 1), FACES, TextureUsages::TEXTURE_BINDING)?;

@@ -40,7 +40,7 @@ impl Kind {
     }
 }
 
-/// A mesh in lists of texels, with 20 bytes a cell, 16 a vertex and 16 a boundary face; and 4 a
+/// A mesh in lists of texels, with 20 bytes per cell, 16 per vertex and 16 per boundary face; and 4 per
 /// cell for cell data, 16 for a field that jumps.
 #[derive(Clone, Debug)]
 pub(crate) struct Mesh {
@@ -55,7 +55,7 @@ pub(crate) struct Mesh {
     pub(crate) longest_edge: f32,
     /// Position, and scalar of point data.
     vertices: wgpu::Texture,
-    /// Of each cell, for cell data and fields that jump; else a texel that nobody reads.
+    /// Scalars of each cell, for cell data and fields that jump; else a texel that nobody reads.
     scalars: wgpu::Texture,
     sums: wgpu::Texture,
     neighbors: wgpu::Texture,
@@ -129,7 +129,7 @@ impl Mesh {
         self.scalar_map.range(self.domain.scalar_range)
     }
 
-    /// What `march.wgsl` has in group 1.
+    /// The textures of group 1 of `march.wgsl`.
     pub(crate) fn textures(&self) -> [&wgpu::Texture; 5] {
         [
             &self.vertices,

@@ -1,4 +1,4 @@
-//! What `restyle` changes: the transfer function on the device, and the program that is compiled
+//! The data that `restyle` changes: the transfer function on the device, and the program that is compiled
 //! for the look.
 
 use tetrascope_core::{Appearance, Error};

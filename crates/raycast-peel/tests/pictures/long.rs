@@ -142,7 +142,7 @@ fn through(volume: &Volume, model: OpticalModel, depths: [f64; 3]) -> Appearance
     Appearance::new(function.expect("valid knots"), model)
 }
 
-/// What is promised to be exact.
+/// The error that a promise to be exact allows.
 const RMSE: f64 = 3e-6;
 
 fn check(

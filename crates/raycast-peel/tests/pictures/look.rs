@@ -16,7 +16,7 @@ use tetrascope_testing::{
 
 use crate::common::{renderer, scene};
 
-/// What `reference.rs` allows and why; cutting adds one rounding an end.
+/// The error that `reference.rs` allows and why; cutting adds one rounding per end.
 const RMSE: f64 = 2e-6;
 const MAX: f64 = 1e-4;
 

@@ -16,7 +16,7 @@ use tetrascope_testing::{
 
 use crate::common::renderer;
 
-/// Whether to draw what the bars are stated for, by hand and in release: 512 pixels a side
+/// Whether to draw what the bars are stated for, by hand and in release: 512 pixels per side
 /// and data sets of their own size.
 fn at_full_size() -> bool {
     std::env::var_os("TETRASCOPE_FULL").is_some()

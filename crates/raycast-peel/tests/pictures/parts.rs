@@ -8,7 +8,7 @@ use tetrascope_testing::{self as testing, fitted, surfaces};
 
 use crate::common::{draw, scene};
 
-/// What four parts show together: the nearest surface, or the greatest of each channel.
+/// The picture that four parts show together: the nearest surface, or the greatest of each channel.
 fn together(parts: &[Frame]) -> Vec<[f32; 4]> {
     let nearer = |a: (f32, [f32; 4]), b: (f32, [f32; 4])| if b.0 < a.0 { b } else { a };
     let greater = |a: [f32; 4], b: [f32; 4]| [0, 1, 2, 3].map(|i| a[i].max(b[i]));

@@ -356,7 +356,7 @@ fn tile_passes(frame: &Frame) -> [u64; 2] {
     [LEAST_TILE_PASSES, MOST_TILE_PASSES].map(|of| frame.stats.get(of).expect("counted"))
 }
 
-/// What is recorded but for steps: three clears, the layers' entries with their queries and
+/// The passes that are recorded beside steps: three clears, the layers' entries with their queries and
 /// tallies, and the display.
 fn overhead(frame: &Frame, entries: u64) -> u64 {
     3 + 2 * entries + frame.stats.get(LAYERS).expect("counted") + 1
@@ -502,7 +502,7 @@ fn a_mesh_takes_144_bytes_a_cell_and_by_sides_96() {
         panic!("a mesh")
     };
     let renderer = RaycastPeel::new(&gpu, &volume, &appearance, &by_planes()).expect("a mesh");
-    // And three corners of 20 bytes a boundary face, and a handful of intervals; the
+    // And three corners of 20 bytes per boundary face, and a handful of intervals; the
     // last row of the textures may have room for more cells.
     let row = (mesh.cell_count() as f64 / 3.0).sqrt().ceil() as u64;
     let least = 144 * mesh.cell_count() as u64

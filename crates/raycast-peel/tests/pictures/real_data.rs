@@ -12,7 +12,7 @@ use tetrascope_testing::{
 
 use crate::common::renderer;
 
-/// Pixels a side.
+/// Pixels per side.
 const SIDE: u32 = 48;
 
 /// Draws `mesh` in both forms from several places.

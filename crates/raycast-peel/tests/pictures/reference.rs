@@ -28,7 +28,7 @@ fn views(volume: &Volume) -> Vec<(&'static str, View)> {
     ]
 }
 
-/// What the tests of this file allow.
+/// The error that the tests of this file allow.
 ///
 /// A segment in f32 errs by 2e-7 of its opacity and a sum of n of them by n · 2⁻²⁴;
 /// a few hundred cells with scalars that are rounded to 2⁻²⁴ of the transfer

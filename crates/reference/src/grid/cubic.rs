@@ -125,7 +125,7 @@ fn roots([d0, d1, d2]: [f64; 3]) -> [f64; 2] {
     }
 }
 
-/// What [`Cubic::monotone`] gives.
+/// The monotone stretches that [`Cubic::monotone`] gives.
 #[derive(Clone, Debug)]
 pub(crate) struct Monotones {
     cubic: Cubic,

@@ -15,7 +15,7 @@ const OPAQUE: f64 = 64.0;
 /// The unit roundoff u.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
-/// What all rays of an image share.
+/// Facts that all rays of an image share.
 #[derive(Clone, Debug)]
 pub(crate) struct Look {
     pub(crate) model: OpticalModel,
@@ -48,7 +48,7 @@ impl Look {
     }
 }
 
-/// What a ray has gathered, front to back.
+/// The light that a ray has gathered, front to back.
 ///
 /// # Error
 /// With u = 2⁻⁵³ and C the greatest color, besides what wrong scalars do

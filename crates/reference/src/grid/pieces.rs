@@ -14,7 +14,7 @@ pub(crate) struct Piece {
     pub(crate) extinctions: [f64; 2],
 }
 
-/// What happens where two pieces meet, if they disagree.
+/// The step where two pieces meet, if they disagree.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
     pub(crate) scalar: f64,

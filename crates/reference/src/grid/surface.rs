@@ -28,21 +28,21 @@ pub(crate) struct CellOnRay<'a> {
     pub(crate) stretch: &'a Stretch,
     pub(crate) corners: &'a [f64; 8],
     pub(crate) range: [f64; 2],
-    /// Of a scalar.
+    /// Error of a scalar.
     pub(crate) blur: f64,
 }
 
-/// What a ray and the grid's lattice have to do with each other.
+/// A ray in the coordinates of the grid's lattice.
 pub(crate) struct RayOnGrid<'a> {
     pub(crate) line: &'a Line,
     /// Unit, world space.
     pub(crate) direction: DVec3,
-    /// Of the grid's axes, world space, one a column.
+    /// The grid's axes, world space, one per column.
     pub(crate) axes: DMat3,
     pub(crate) spacing: DVec3,
     /// How far a point may be off, voxels.
     pub(crate) shift: DVec3,
-    /// Of the distance along the ray.
+    /// Depth cue as a function of the distance along the ray.
     pub(crate) cue: Option<CueRamp>,
     /// How far the cue's factor may be off where the distance is right.
     pub(crate) cue_error: f64,

@@ -32,7 +32,7 @@ pub(crate) struct Walk {
     pub(crate) exit: Option<usize>,
 }
 
-/// What the line and a cell have in common.
+/// The stretch that the line and a cell have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stretch {
     pub(crate) cell: [usize; 3],

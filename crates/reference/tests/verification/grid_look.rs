@@ -31,7 +31,7 @@ fn surfaces(values: &[(f64, [f64; 3])]) -> Appearance {
     look
 }
 
-/// What is left of a ray in the grid.
+/// The stretch that is left of a ray in the grid.
 fn stretch(place: &Place, look: &Appearance, ray: &Ray) -> Option<(f64, f64)> {
     let (start, end) = span(place, ray)?;
     let [near, far] = clip_ray(&look.clip_planes, ray);

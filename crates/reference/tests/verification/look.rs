@@ -30,7 +30,7 @@ fn knots() -> Vec<tetrascope_core::Knot> {
     ]
 }
 
-/// What is left of a ray in the unit cube.
+/// The stretch that is left of a ray in the unit cube.
 fn stretch(look: &Appearance, ray: &Ray) -> Option<(f64, f64)> {
     let (t_in, t_out) = box_interval(ray, DVec3::ZERO, DVec3::ONE)?;
     let [near, far] = clip_ray(&look.clip_planes, ray);

@@ -12,7 +12,7 @@ pub struct MeshSlicesOptions {
     /// Planes through the depth of the mesh's box as it is seen, from 1 to 16384. A picture's error
     /// falls with their number.
     pub planes: u32,
-    /// What is interpolated in a cell.
+    /// The quantity that is interpolated in a cell.
     pub shading: Shading,
     /// How it is interpolated.
     pub evaluation: Evaluation,
@@ -24,7 +24,7 @@ pub struct MeshSlicesOptions {
     pub domain: Option<Domain>,
 }
 
-/// What is interpolated in a cell.
+/// The quantity that is interpolated in a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Shading {
     /// The scalar, whose color and extinction the transfer function has.

@@ -1,4 +1,4 @@
-//! What `reload` and `restyle` replace: the mesh on the device, and a look.
+//! The parts that `reload` and `restyle` replace: the mesh on the device, and a look.
 
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{Appearance, Error, TetMesh, is_value};
@@ -60,7 +60,7 @@ pub(super) struct Style {
     pub(super) appearance: Appearance,
     /// Whether nothing shows.
     pub(super) is_transparent: bool,
-    /// What is read of the mesh and the transfer function.
+    /// The mesh and the transfer function, as the passes read them.
     pub(super) volume: wgpu::BindGroup,
     intervals: wgpu::Buffer,
     program: RenderProgram,

@@ -171,7 +171,7 @@ fn candidates(mesh: &TetMesh, lattice: &Lattice, beside: f64) -> Vec<Vec<Candida
 /// rounding explains is more than 10⁻⁵ of the range.
 const STEEP: &str = "turned plates";
 
-/// What is true of all samples of a mesh.
+/// Facts about all samples of a mesh.
 #[derive(Clone, Copy, Debug, Default)]
 struct Judged {
     inside: usize,
@@ -403,7 +403,7 @@ fn a_sample_on_a_lattice_of_cells_is_written_once() {
     let Some(gpu) = gpu("a_sample_on_a_lattice_of_cells_is_written_once") else {
         return;
     };
-    // Cubes of 1, 2, 3, 5 and 7 samples a side, of a third and a seventh of one, and others that
+    // Cubes of 1, 2, 3, 5 and 7 samples per side, of a third and a seventh of one, and others that
     // no float has.
     for (n, samples) in [(6, 1), (6, 2), (4, 3), (3, 5), (2, 7), (12, 0), (21, 0)] {
         let count = if samples == 0 {

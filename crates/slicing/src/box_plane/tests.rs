@@ -59,7 +59,7 @@ fn area(polygon: &[DVec3], toward: DVec3) -> f64 {
     -0.5 * sum.dot(toward)
 }
 
-/// What the vertex program must give, with `rounding` as the accuracy of a corner.
+/// Checks the result of the vertex program, with `rounding` as the accuracy of a corner.
 fn check(cut: &SlicedBox, normal: Vec3, offset: f32, test: PlaneTest, rounding: f64) {
     let context = || format!("{test:?} {cut:?} normal {normal} offset {offset}");
     let unit = normal.as_dvec3().normalize();

@@ -1,4 +1,4 @@
-//! What a frame records: which boxes, with what, and in how many batches.
+//! The commands of a frame: which boxes, with what, and in how many batches.
 
 use bytemuck::Zeroable as _;
 use tetrascope_core::{Error, FrameStats, OpticalModel, View};
@@ -412,7 +412,7 @@ impl Slicing {
     }
 }
 
-/// What a polygon costs beside its fragments, in fragments.
+/// The cost of a polygon beside its fragments, in fragments.
 ///
 /// Six vertices and four triangles, many without area. On llvmpipe a polygon took as long as
 /// 24 to 37 fragments (`aneurism`, 256³ samples, 512×512 pixels, medians of three: one box

@@ -1,4 +1,4 @@
-//! What `restyle` changes: an appearance, and what a volume needs to be drawn with it.
+//! The parts that `restyle` changes: an appearance, and what a volume needs to be drawn with it.
 
 use std::sync::Arc;
 
@@ -44,7 +44,7 @@ pub(super) struct Style {
     pub(super) slice: SliceData,
 }
 
-/// What a [`Style`] is made with.
+/// Inputs of a [`Style`].
 pub(super) struct Parts<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) options: &'a SlicingOptions,
@@ -52,7 +52,7 @@ pub(super) struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// What is drawn of `volume`; `before` is one of the same volume, whose samples on
+    /// The style in which `volume` is drawn; `before` is one of the same volume, whose samples on
     /// the device may serve again.
     pub(super) fn style(
         &self,
@@ -148,7 +148,7 @@ impl Parts<'_> {
     }
 }
 
-/// What planes keep of the lattice: n · p + d ≥ 0.
+/// Clip planes in the lattice, as the half-spaces n · p + d ≥ 0 that they keep.
 fn clip_planes(planes: &[ClipPlane], lattice: &Lattice) -> Vec<Vec4> {
     let of = |plane: &ClipPlane| {
         let normal = plane.normal.normalize();

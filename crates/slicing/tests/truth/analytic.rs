@@ -165,7 +165,7 @@ fn any_lattice_is_drawn_where_it_lies() {
             };
             let frame = draw(&gpu, &grid, &appearance, &options, &view);
             let (rmse, most) = difference(&frame, &truth);
-            // Second order: at 2 slices a voxel it is under 1e-3 (see `convergence`), at 8 a
+            // Second order: at 2 slices per voxel it is under 1e-3 (see `convergence`), at 8 a
             // sixteenth of that.
             assert!(rmse < 6e-5, "{name} {optical_model:?}: {rmse:e} {most:e}");
             assert!(most < 1e-3, "{name} {optical_model:?}: {rmse:e} {most:e}");

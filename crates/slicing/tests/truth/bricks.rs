@@ -89,7 +89,7 @@ fn bricks_and_levels_leave_no_seam() {
     }
 }
 
-/// What is skipped is counted, and `Auto` finds the empty space worth skipping.
+/// Skipped boxes are counted, and `Auto` finds the empty space worth skipping.
 #[test]
 fn empty_boxes_are_skipped_and_counted() {
     let Some(gpu) = testing::gpu("empty_boxes_are_skipped_and_counted") else {
@@ -155,7 +155,7 @@ fn a_small_budget_streams_the_same_picture() {
     let (_, view) = views(&grid).swap_remove(0);
     let whole = draw(&gpu, &grid, &appearance, &of(1 << 30), &view);
     assert_eq!(whole.stats.bytes_uploaded, 0);
-    // Bricks of 36 + 3 samples a side; eleven of them in half the budget.
+    // Bricks of 36 + 3 samples per side; eleven of them in half the budget.
     let budget = 11 * 2 * 38_u64.pow(3);
     let streamed = draw(&gpu, &grid, &appearance, &of(budget), &view);
     assert_eq!(between(&whole, &streamed).1, 0.0);

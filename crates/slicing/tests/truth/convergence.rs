@@ -27,7 +27,7 @@ fn order(errors: &[(f64, f64)]) -> f64 {
 /// The views that converge: from outside, in both projections.
 const VIEWS: [&str; 2] = ["perspective", "orthographic"];
 
-/// Errors of `options` against the exact picture at 1 to 16 slices a voxel.
+/// Errors of `options` against the exact picture at 1 to 16 slices per voxel.
 fn errors(
     gpu: &Gpu,
     options: &SlicingOptions,
@@ -57,7 +57,7 @@ fn errors(
         .to_vec()
 }
 
-/// That errors fall at second order, from 1e-3 at two slices a voxel.
+/// That errors fall at second order, from 1e-3 at two slices per voxel.
 ///
 /// Trapezoids and midpoints have it. The order is measured where errors are above 1e-6, as
 /// blending 16 · 9 · √3 slabs in f32 loses up to 250 · 2⁻²⁴ = 1.5e-5, though hundreds of
@@ -120,7 +120,7 @@ fn maxima_converge_at_first_order() {
     }
 }
 
-/// What is left with 64 slices a voxel, some 900 slabs a ray, is f32: at most 900 · 2⁻²⁴ =
+/// The error that is left with 64 slices per voxel, some 900 slabs per ray, is that of f32: at most 900 · 2⁻²⁴ =
 /// 5e-5, of which roundings that go either way leave about 1/√900.
 #[test]
 fn the_floor_is_that_of_f32() {

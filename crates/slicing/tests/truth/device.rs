@@ -209,7 +209,7 @@ fn other_knots_change_no_more_than_rounding() {
     }
 }
 
-/// What is empty is skipped without a sample having come back, and no sample is sent.
+/// Empty boxes are skipped without a sample having come back, and no sample is sent.
 #[test]
 fn nothing_is_uploaded_and_empty_boxes_are_skipped() {
     let Some(gpu) = testing::gpu("nothing_is_uploaded_and_empty_boxes_are_skipped") else {

@@ -266,7 +266,7 @@ fn texture_units_make_slopes_of_bytes() {
     }
 }
 
-/// What a frame says of the device's time is within what it says of the wall clock's.
+/// The device's time of a frame is within the time of the wall clock.
 #[test]
 fn gpu_time_is_part_of_the_frames_time() {
     let Some(gpu) = testing::gpu("gpu_time_is_part_of_the_frames_time") else {

@@ -1,4 +1,4 @@
-//! What a frame takes: fragments, vertices, bytes; and that it shows the same, whoever
+//! Costs of a frame: fragments, vertices, bytes; and that it shows the same, whoever
 //! cuts boxes.
 
 use tetrascope_core::glam::DVec3;
@@ -44,7 +44,7 @@ fn both_slicers_draw_the_same() {
         for (level, storage, memory_budget) in [
             (0, Storage::Auto, 1 << 30),
             (3, Storage::Auto, 1 << 30),
-            // Bricks of 19 samples a side and of 4 bytes; five of 64 at a time.
+            // Bricks of 19 samples per side and of 4 bytes; five of 64 at a time.
             (3, Storage::Bricks, 5 * 2 * 4 * 19_u64.pow(3)),
         ] {
             let of = |slicer| SlicingOptions {
@@ -309,7 +309,7 @@ fn a_streamed_volume_is_traversed_by_the_cpu() {
     assert!(both.validate().is_err());
 }
 
-/// What `SlicingOptions::brick_level` says of bytes.
+/// Bytes are as `SlicingOptions::brick_level` says.
 #[test]
 fn bricks_take_their_samples_and_those_around_them() {
     let Some(gpu) = testing::gpu("bricks_take_their_samples_and_those_around_them") else {

@@ -270,7 +270,7 @@ fn rays_look_into_the_boxes_that_show() {
     }
 }
 
-/// What is streamed is in polygons, and says so.
+/// A streamed volume is drawn in polygons, and says so.
 #[test]
 fn a_streamed_volume_is_drawn_in_polygons() {
     let Some(gpu) = testing::gpu("a_streamed_volume_is_drawn_in_polygons") else {
@@ -280,7 +280,7 @@ fn a_streamed_volume_is_drawn_in_polygons() {
     let look = appearance(&ramp(6.0), OpticalModel::EmissionAbsorption);
     let (_, view) = views(&grid).swap_remove(0);
     let options = SlicingOptions {
-        // Bricks of 19 samples a side and of 4 bytes; five of 64 at a time.
+        // Bricks of 19 samples per side and of 4 bytes; five of 64 at a time.
         memory_budget: 5 * 2 * 4 * 19_u64.pow(3),
         ..Default::default()
     };

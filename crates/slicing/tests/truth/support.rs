@@ -11,7 +11,7 @@ pub(crate) use tetrascope_testing::{
     self as testing, Place, between, difference, grid, grid_of, knot,
 };
 
-/// The cube [0, 1]³ with n samples an axis.
+/// The cube [0, 1]³ with n samples per axis.
 pub(crate) fn cube(n: usize) -> Place {
     Place::unit(n - 1)
 }

@@ -366,7 +366,7 @@ fn a_renderer_changes_between_volumes_and_surfaces() {
     }
 }
 
-// The same bars as without a cue: 1e-3 at two slices a voxel, and second order.
+// The same bars as without a cue: 1e-3 at two slices per voxel, and second order.
 #[test]
 fn a_depth_cue_dims_what_is_far() {
     let Some(gpu) = testing::gpu("a_depth_cue_dims_what_is_far") else {

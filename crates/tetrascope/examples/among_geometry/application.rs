@@ -1,4 +1,4 @@
-//! What an application has: a device, textures, and an opaque ball that it draws with depths.
+//! The application's own part: a device, textures, and an opaque ball that it draws with depths.
 
 use tetrascope::core::glam::DMat4;
 use tetrascope::gpu::Gpu;

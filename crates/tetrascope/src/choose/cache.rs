@@ -1,4 +1,4 @@
-//! What was measured, kept in a file.
+//! Measurements, kept in a file.
 //!
 //! A file belongs to an adapter, a build profile and a number of threads, which its name tells. It
 //! says which version of this crate and which driver it was measured with: of others it is
@@ -84,7 +84,7 @@ fn adapter(_: &Context) -> (String, String) {
     ("CPU".into(), String::new())
 }
 
-/// What is in the file of this machine: nothing if there is no file or it is of another version or
+/// The measurements in the file of this machine: none if there is no file or it is of another version or
 /// driver, and why nothing if it is damaged.
 pub(crate) fn read(folder: &Path, machine: &Machine) -> Result<Vec<Calibration>, String> {
     let path = machine.path(folder);

@@ -28,7 +28,7 @@ const ENOUGH: Duration = Duration::from_millis(100);
 /// third in all. Exact ones are as exact and faster.
 const HOPELESS: (f64, f64, f64) = (0.25, 8.0, 4.0);
 
-/// Of what was measured on fewer scenes nothing is known.
+/// A setting that was measured on fewer scenes is unknown.
 const FEWEST: usize = 3;
 
 /// No picture in f32 is nearer to the truth: numbers up to 1 are rounded by up to 2⁻²⁵.
@@ -49,7 +49,7 @@ pub(crate) enum Kind {
     Grid,
 }
 
-/// What was measured for one optical model and kind of volume.
+/// The measurements for one optical model and kind of volume.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Calibration {
     pub(crate) model: OpticalModel,
@@ -245,7 +245,7 @@ impl Calibration {
         Ok(calibration)
     }
 
-    /// What is expected of a setting on a scene; `None` if it was not measured.
+    /// The expectations of a setting on a scene; `None` if it was not measured.
     pub(crate) fn expect(&self, setup: &Setup, features: &Features) -> Option<Expected> {
         let of_setup =
             |m: &&Measured| m.algorithm == setup.algorithm.name && m.setting == setup.setting;

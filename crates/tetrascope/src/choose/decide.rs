@@ -1,6 +1,6 @@
 //! Which setting is tried next, and which is taken: no clock, no device.
 //!
-//! What is expected orders the candidates; what trials find out decides. A trial also corrects
+//! Expectations order the candidates; trials decide. A trial also corrects
 //! what is expected of the algorithm's other settings.
 
 use tetrascope_core::Error;
@@ -38,14 +38,14 @@ pub(crate) struct Candidate {
     pub(crate) expected: Expected,
 }
 
-/// What was chosen.
+/// The decision.
 #[derive(Debug)]
 pub(crate) struct Decision {
     pub(crate) chosen: usize,
     pub(crate) gives_way: Vec<GivesWay>,
     /// All that was tried, in order.
     pub(crate) trials: Vec<(usize, Found)>,
-    /// What could not be drawn, and why.
+    /// Candidates that could not be drawn, and why.
     pub(crate) failures: Vec<(usize, Error)>,
 }
 
@@ -240,7 +240,7 @@ impl Search<'_> {
         }
     }
 
-    /// What was not tried and may fit.
+    /// Candidates that were not tried and may fit.
     fn open(&self) -> impl Iterator<Item = usize> + '_ {
         let memory = self.need.memory.map_or(f64::INFINITY, |m| m as f64);
         (0..self.candidates.len()).filter(move |i| {

@@ -1,4 +1,4 @@
-//! What the time of a frame depends on, in numbers.
+//! The features on which the time of a frame depends, in numbers.
 
 use serde::{Deserialize, Serialize};
 use tetrascope_core::{Appearance, Volume};
@@ -40,7 +40,7 @@ impl Features {
         }
     }
 
-    /// Of one ray: whether it meets a cell, how many, and how many knots.
+    /// The features of one ray: whether it meets a cell, how many, and how many knots.
     pub(crate) fn of_ray(trace: &RayTrace, appearance: &Appearance) -> [f64; 3] {
         let knots = appearance.transfer_function.knots();
         let passed = trace.intervals.iter().map(|interval| {

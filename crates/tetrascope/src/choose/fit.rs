@@ -1,9 +1,9 @@
-//! What grows with a scene, as a sum of terms none of which is negative.
+//! A quantity that grows with a scene, as a sum of terms none of which is negative.
 
 /// A sum of `N` terms, fitted to measurements.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Fit<const N: usize> {
-    /// What each term is multiplied by, 0 or more.
+    /// The factor of each term, 0 or more.
     coefficients: [f64; N],
     /// The geometric standard deviation of measurements around it, at least 1.
     pub(crate) spread: f64,
@@ -39,7 +39,7 @@ impl<const N: usize> Fit<N> {
         })
     }
 
-    /// What is expected of a scene with these terms.
+    /// The value for a scene with these terms.
     pub(crate) fn at(&self, terms: &[f64; N]) -> f64 {
         let products = self.coefficients.iter().zip(terms);
         products.map(|(c, t)| c * t).sum()

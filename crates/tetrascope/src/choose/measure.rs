@@ -1,4 +1,4 @@
-//! What one setting takes to draw one view.
+//! The measurement of one setting on one view.
 
 use std::time::{Duration, Instant};
 

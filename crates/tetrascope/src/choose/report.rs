@@ -1,11 +1,11 @@
-//! What was chosen and why, in words.
+//! The choice and its reasons, in words.
 
 use std::fmt;
 
 use super::{Choice, Expected, Found, GivesWay, SampledError, Trial};
 
 impl Choice {
-    /// What was chosen and why, what was expected and what came out, one line each; what
+    /// The choice and its reasons, the expectations and the findings, one line each; a demand that
     /// [gives way](Choice::gives_way) says so itself.
     pub fn report(&self) -> Vec<String> {
         let mut lines = vec![
@@ -23,7 +23,7 @@ impl Choice {
         lines
     }
 
-    /// Of how many it is the best, and in which way.
+    /// The number of settings of which it is the best, and in which way.
     fn why(&self) -> String {
         let of = |count: usize| match count {
             1 => "the only setting there is".into(),

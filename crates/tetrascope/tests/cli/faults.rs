@@ -1,4 +1,4 @@
-//! What goes wrong outside of the program: no room on a disk, a device that is full, a signal. Each
+//! Faults outside of the program: no room on a disk, a device that is full, a signal. Each
 //! is told in words, no file appears by halves, and nothing else is left.
 
 use std::fs::{self, OpenOptions};

@@ -1,4 +1,4 @@
-//! What `render` writes.
+//! Tests of the files that `render` writes.
 
 use tetrascope::scene::SceneFile;
 

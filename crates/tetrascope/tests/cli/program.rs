@@ -9,7 +9,7 @@ use serde_json::Value;
 /// A folder that is gone with the test, and in which the program runs.
 pub(crate) struct Folder(tempfile::TempDir);
 
-/// What a run left behind.
+/// The result of a run.
 pub(crate) struct Run {
     pub(crate) code: i32,
     pub(crate) stdout: String,

@@ -1,4 +1,4 @@
-//! What `resample` and `slice` write.
+//! Tests of the files that `resample` and `slice` write.
 
 use tetrascope::io::{FileData, ReadOptions, read_file};
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::program::Folder;
 
-/// What is asked for wrongly, and files that are not what they say.
+/// Wrong requests, and files that are not what they say.
 const WRONG: [&str; 15] = [
     "render empty.vtu",
     "render truncated.vtk",

@@ -1,4 +1,4 @@
-//! What is asked for wrongly, and what the surroundings refuse.
+//! Tests of wrong requests, and of what the surroundings refuse.
 
 use std::process::Stdio;
 
@@ -141,7 +141,7 @@ const WRONG_VALUES: [(&str, &[&str]); 26] = [
     ("--step", &["-1", "x", "0", "18446744073709551616"]),
     ("--time", &["nan", "inf", "x", "0"]),
 ];
-/// What goes with `--dims` and `--type` alone.
+/// Options that go with `--dims` and `--type` alone.
 const WRONG_RAW_VALUES: [(&str, &[&str]); 3] = [
     (
         "--spacing",

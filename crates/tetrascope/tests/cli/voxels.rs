@@ -1,4 +1,4 @@
-//! What `voxelize` writes, and what `machine` says.
+//! Tests of the files that `voxelize` writes, and of the words of `machine`.
 
 use super::resampling::{arrays, cube};
 

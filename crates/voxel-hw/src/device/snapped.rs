@@ -128,7 +128,7 @@ impl Snapped {
         Ok(made)
     }
 
-    /// What is uploaded as cells.
+    /// The cells that are uploaded.
     pub(crate) fn cells<'a>(&'a self, mesh: &'a TetMesh, cells: Cells) -> &'a [[u32; 4]] {
         match cells {
             Cells::Tetrahedra => mesh.tetrahedra(),

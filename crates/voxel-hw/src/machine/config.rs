@@ -263,7 +263,7 @@ mod tests {
         }
     }
 
-    /// What fitted numbers are fitted to.
+    /// The published rates come out, to which numbers were fitted.
     #[test]
     fn published_rates_come_out() {
         let MachineConfig {

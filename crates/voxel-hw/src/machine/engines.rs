@@ -78,7 +78,7 @@ pub(super) struct Engines<'a> {
     interpolation: Clocks,
     lockstep: u64,
 
-    /// What each fragment generator holds: texels of its own pixels.
+    /// The content of each fragment generator: texels of its own pixels.
     textures: Vec<Texture>,
     passes: u64,
     triangles: u64,

@@ -1,17 +1,17 @@
-//! What a machine did.
+//! The report of a machine's work.
 
 use std::fmt;
 
-/// What units of a kind had to do, in cycles, or what they hold.
+/// The work of units of a kind, in cycles, or their content.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load {
     /// How many units there are.
     pub units: u64,
-    /// Of the least busy one.
+    /// Work of the least busy one.
     pub min: u64,
     /// In the mean.
     pub mean: f64,
-    /// Of the busiest one.
+    /// Work of the busiest one.
     pub max: u64,
 }
 
@@ -63,7 +63,7 @@ pub struct Stage {
     pub cycles: u64,
 }
 
-/// What a machine did, and how long it took.
+/// The work of a machine, and how long it took.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachineReport {
     /// Cells and offsets that were voxelized.

@@ -6,12 +6,12 @@ use tetrascope_core::{Error, TetMesh};
 use super::config::{MachineConfig, PARAMETERS, Source};
 use crate::voxelizer::Voxelizer;
 
-/// What one assumption is worth.
+/// The effect of one assumption.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensitivity {
     /// As the field of [`MachineConfig`] is called.
     pub name: &'static str,
-    /// What it is.
+    /// The assumption's value.
     pub value: u64,
     /// The unit of that.
     pub unit: &'static str,

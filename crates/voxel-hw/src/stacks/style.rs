@@ -1,4 +1,4 @@
-//! What `restyle` replaces: an appearance on the device.
+//! The data that `restyle` replaces: an appearance on the device.
 
 use tetrascope_core::grid::coverage::fades;
 use tetrascope_core::{Appearance, Error};

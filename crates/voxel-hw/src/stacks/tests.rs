@@ -395,7 +395,7 @@ fn slabs_end_at_clip_planes_and_before_an_applications_geometry() {
     }
 }
 
-/// What is covered whole is drawn as what has no coverage; halves of it are half as dense; and what
+/// Voxels that are covered whole are drawn as those without coverage; halves are half as dense; and what
 /// is outside does not matter.
 #[test]
 fn coverage_scales_extinction_and_what_is_outside_does_not_count() {

@@ -1,4 +1,4 @@
-//! What tests of voxels share.
+//! Tools that tests of voxels share.
 
 use tetrascope_core::TetMesh;
 use tetrascope_core::glam::{DMat3, DQuat, DVec3};

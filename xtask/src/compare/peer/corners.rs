@@ -55,7 +55,7 @@ mod tests {
     use super::super::tests::sphere;
     use super::*;
 
-    // Twice as many pixels a side, and one more, have their middles at a pixel's corners (the even
+    // Twice as many pixels per side, and one more, have their middles at a pixel's corners (the even
     // ones) and at its middle (the odd ones). Angles are rounded, so that rays are, by some 1e-16.
     #[test]
     fn corners_are_half_a_pixel_away() {

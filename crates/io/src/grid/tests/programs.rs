@@ -14,7 +14,7 @@ fn read_fixture(name: &str, options: &ReadOptions) -> GridData {
     read_with(&fixture(name), options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Of each file each field's samples, `[x, y, z, value]`.
+/// For each file, each field's samples, `[x, y, z, value]`.
 fn expected() -> Map<String, Value> {
     let text = std::fs::read_to_string(fixture("expected.json")).expect("a fixture");
     let mut files: Map<String, Value> =

@@ -1,4 +1,4 @@
-//! What the description of a stack's first page says: which of its pages are slices, channels
+//! The description of a stack's first page: which of its pages are slices, channels
 //! and frames, and how far apart samples are.
 //!
 //! - ImageJ: lines of `key=value`; channels vary fastest, then slices, then frames. Stacks beyond
@@ -48,7 +48,7 @@ pub(super) struct Stack {
 }
 
 impl Stack {
-    /// Of a file of so many `pages` whose first has this `description`.
+    /// The stack of a file of so many `pages` whose first has this `description`.
     pub(super) fn new(
         source: &Source,
         description: &str,
@@ -66,7 +66,7 @@ impl Stack {
         Ok(shaped.unwrap_or(Stack::plain(pages)))
     }
 
-    /// Of pages that are slices.
+    /// A stack of pages that are slices.
     fn plain(pages: usize) -> Stack {
         Stack::of([
             (PageAxis::Channels, 1),

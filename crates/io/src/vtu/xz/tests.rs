@@ -1,6 +1,6 @@
 use super::fill;
 
-/// What `xz --check=crc32 --block-size=16` makes of [`TEXT`]: two blocks, of which the second is
+/// The result of `xz --check=crc32 --block-size=16` for [`TEXT`]: two blocks, of which the second is
 /// stored as it is.
 const FILE: &[u8] = include_bytes!("../../../tests/fixtures/cells.xz");
 const TEXT: &[u8] = b"cells cells cells cells\n";

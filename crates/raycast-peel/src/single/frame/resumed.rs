@@ -80,7 +80,7 @@ fn field(association: Association, values: Vec<f64>) -> Scalars {
     }
 }
 
-/// Of many intervals, deep in some, with steps.
+/// An appearance of many intervals, deep in some, with steps.
 fn appearance(mesh: &TetMesh, model: OpticalModel) -> Appearance {
     let length = mesh.bounds().size().max_element();
     let knots = (0..40).map(|i| Knot {

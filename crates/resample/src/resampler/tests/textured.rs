@@ -1,4 +1,4 @@
-//! What is drawn slice by slice against f64, and against its twin on the CPU.
+//! Tests of samples drawn slice by slice, against f64 and against the twin on the CPU.
 
 use tetrascope_core::glam::{Vec3, Vec4};
 
@@ -284,7 +284,7 @@ fn slabs_and_ways_to_add_change_nothing() {
     }
 }
 
-/// What is drawn is what the twin says.
+/// The samples that are drawn are those that the twin says.
 #[test]
 fn what_is_drawn_is_counted() {
     let Some(gpu) = gpu("what_is_drawn_is_counted") else {

@@ -133,7 +133,7 @@ fn fields(fields: &[FieldSummary]) -> Vec<String> {
     lines
 }
 
-/// What was noticed, a line each.
+/// The notes, one per line.
 fn notes(notes: &[String]) -> Vec<String> {
     let mut lines = vec!["notes".into()];
     if notes.is_empty() {
@@ -143,7 +143,7 @@ fn notes(notes: &[String]) -> Vec<String> {
     lines
 }
 
-/// What is known about a mesh.
+/// Facts about a mesh.
 struct Facts<'a> {
     cells_by_type: BTreeMap<u8, usize>,
     points: usize,
@@ -151,14 +151,14 @@ struct Facts<'a> {
     /// The one that is drawn.
     field: Option<&'a str>,
     bounds: Bounds,
-    /// Of a mesh with volume cells.
+    /// Facts about the cells of a mesh with volume cells.
     cells: Option<CellFacts<'a>>,
-    /// Of a mesh that can be drawn.
+    /// The unit distance of a mesh that can be drawn.
     unit_distance: Option<f64>,
     notes: Vec<String>,
 }
 
-/// What is known about volume cells.
+/// Facts about volume cells.
 struct CellFacts<'a> {
     report: MeshReport,
     volume: f64,

@@ -1,4 +1,4 @@
-//! What a picture has to keep, in place of an algorithm: `--error`, `--budget`, `--memory`.
+//! The needs of a picture, in place of an algorithm: `--error`, `--budget`, `--memory`.
 
 use std::time::Duration;
 
@@ -35,11 +35,11 @@ pub(crate) struct NeedArgs {
     recalibrate: bool,
 }
 
-/// What says which algorithm is meant. Frames that are there already were drawn by one.
+/// Options that say which algorithm is meant. Frames that are there already were drawn by one.
 const NAMED: [&str; 3] = ["algorithm", "settings", "resume"];
 
 impl NeedArgs {
-    /// What is asked for; `None` if nothing is.
+    /// The needs that were given; `None` if none were.
     pub(crate) fn need(&self) -> Result<Option<Need>, Error> {
         let need = Need {
             error: self.error,

@@ -35,7 +35,7 @@ pub(crate) struct StepError {
     pub(crate) error: Error,
     /// The step's file.
     pub(crate) file: PathBuf,
-    /// What to try beside what the error says.
+    /// A hint beside the error's own.
     pub(crate) help: Option<&'static str>,
 }
 
@@ -265,14 +265,14 @@ impl Output {
     }
 }
 
-/// What is shown of the work on the steps of a series.
+/// The display of the work on the steps of a series.
 pub(crate) struct Watch<'a> {
     output: &'a Output,
     done: Arc<AtomicU64>,
 }
 
 impl Watch<'_> {
-    /// Of the bar for each step.
+    /// Parts of the bar per step.
     const PARTS: u64 = 1000;
 
     /// Says at what work is.
@@ -420,7 +420,7 @@ pub(crate) fn usage(error: &clap::Error) -> Result<ExitCode, Stop> {
     Ok(ExitCode::from(2))
 }
 
-/// What a line of text does not hold.
+/// Whether a character must not appear in a line of text.
 fn hidden(c: char) -> bool {
     c != '\n' && is_unprintable(c)
 }

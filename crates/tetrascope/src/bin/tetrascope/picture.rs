@@ -1,4 +1,4 @@
-//! What is known about a picture: written into it, and printed as JSON.
+//! The description of a picture: written into it, and printed as JSON.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -28,7 +28,7 @@ pub(crate) struct Picture<'a> {
 pub(crate) struct Input {
     #[serde(serialize_with = "text")]
     path: PathBuf,
-    /// Of its bytes, hexadecimal.
+    /// SHA-256 of its bytes, hexadecimal.
     sha256: String,
 }
 
@@ -47,7 +47,7 @@ fn text<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Er
 }
 
 impl Input {
-    /// Of the file's bytes, hexadecimal.
+    /// SHA-256 of the file's bytes, hexadecimal.
     pub(crate) fn sha256(&self) -> &str {
         &self.sha256
     }

@@ -85,11 +85,11 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     output.json_result(&report)
 }
 
-/// What draws.
+/// The way to an algorithm.
 pub(crate) enum How {
-    /// What the command line names.
+    /// An algorithm that the command line names.
     Named(&'static Algorithm, Settings),
-    /// What does this best.
+    /// The algorithm that meets this need best.
     Need(Need),
 }
 

@@ -14,7 +14,7 @@ use crate::args::ResampleArgs;
 use crate::mesh::{load, named};
 use crate::output::{Output, Stop};
 
-/// What VTK's filter calls the array that is 1 inside of the mesh and 0 outside.
+/// The name that VTK's filter gives the array that is 1 inside of the mesh and 0 outside.
 pub(crate) const INSIDE: &str = "vtkValidPointMask";
 
 pub(crate) fn run(args: &ResampleArgs, output: &Output) -> Result<(), Stop> {

@@ -18,11 +18,11 @@ use crate::series::{self, Steps};
 /// A scene that is asked for, before its volume is there.
 #[derive(Clone)]
 pub(crate) struct Request {
-    /// What the scene file or the data set says, changed by the options.
+    /// The scene file or that of the data set, changed by the options.
     pub(crate) file: SceneFile,
     /// The scene file, if there is one: errors name it.
     origin: Option<PathBuf>,
-    /// What options replaced, one line each.
+    /// The parts that options replaced, one line each.
     notes: Vec<String>,
 }
 
@@ -154,7 +154,7 @@ impl Request {
         Ok(scene)
     }
 
-    /// What became of completing this scene, in words of the command line.
+    /// The outcome of completing this scene, in words of the command line.
     pub(crate) fn complete(&self, scene: Result<Scene, Error>) -> Result<Scene, Error> {
         let mut scene = scene.map_err(|error| self.in_scene(error))?;
         for line in &mut scene.defaults {
@@ -164,7 +164,7 @@ impl Request {
         Ok(scene)
     }
 
-    /// What the picture is called unless the user says: the scene's, the file's or
+    /// The picture's name unless the user says: the scene's, the file's or
     /// the data set's name, without folder and extension.
     pub(crate) fn stem(&self) -> OsString {
         let source = &self.file.volume;
@@ -221,7 +221,7 @@ pub(crate) fn usage(error: Error) -> Error {
     }
 }
 
-/// What was chosen, with the option that chooses otherwise.
+/// The choice, with the option that chooses otherwise.
 fn with_option(line: &str) -> String {
     let option = match line.split_once(':').map_or(line, |(what, _)| what) {
         "background" => "--background changes it",

@@ -35,7 +35,7 @@ pub(crate) use steps::Steps;
 use steps::{choose, describe, frame_name};
 use tally::Tally;
 
-/// What is told of a frame that cannot be drawn.
+/// The hint for a frame that cannot be drawn.
 const RESUME: &str = "--resume goes on with the frames that are not there yet";
 
 pub(crate) fn run(args: &RenderArgs, steps: &Steps, how: How, output: &Output) -> Result<(), Stop> {

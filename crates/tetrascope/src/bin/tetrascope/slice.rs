@@ -17,7 +17,7 @@ use crate::mesh::{load, named};
 use crate::output::{Output, Stop};
 use crate::resample::{INSIDE, nothing_inside, sample};
 
-/// What a section is written as.
+/// The format of a section.
 enum Format {
     /// Colors.
     Picture,

@@ -145,7 +145,7 @@ fn an_error_that_is_greater_than_expected_is_found_out() {
     assert_eq!(chosen(&need(Some(2e-3), None), &settings).0, 2);
 }
 
-/// What a trial finds out about one setting holds for the algorithm's others, too.
+/// The findings of a trial about one setting hold for the algorithm's others, too.
 #[test]
 fn a_trial_corrects_the_other_settings_of_its_algorithm() {
     let settings = [

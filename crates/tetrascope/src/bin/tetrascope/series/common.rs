@@ -1,4 +1,4 @@
-//! What all frames of a series share: one scene, and one field under one name.
+//! The parts that all frames of a series share: one scene, and one field under one name.
 
 use tetrascope::core::{Error, Volume};
 use tetrascope::io::Step;
@@ -10,7 +10,7 @@ use super::{Steps, at};
 use crate::output::{Output, Stop};
 use crate::scene::Request;
 
-/// What is found once, from all steps.
+/// The facts that are found once, from all steps.
 pub(crate) struct Common {
     /// The scene of the first step; that of another has its file and its number.
     pub(crate) scene: Scene,
@@ -19,7 +19,7 @@ pub(crate) struct Common {
 
 /// The field that is drawn.
 struct Field {
-    /// What the first step's file means by it, for all others.
+    /// The field's name in the first step's file, which is meant for all others.
     name: String,
     /// A number of the file is a value and this.
     offset: f64,

@@ -1,4 +1,4 @@
-//! What is said of a series when it is done.
+//! The words about a series when it is done.
 
 use std::path::Path;
 
