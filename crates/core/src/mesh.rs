@@ -3,6 +3,7 @@
 mod adjacency;
 mod boundary;
 mod cell_type;
+pub mod curved;
 mod five;
 mod orientation;
 mod places;
