@@ -7,6 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use tetrascope_core::glam;
 use tetrascope_core::groups::marked;
+use tetrascope_core::mesh::curved::{self, Straightened, Straightening};
 use tetrascope_core::mesh::{Association, volume_corners};
 use tetrascope_core::{Cells, Error, Scalars, TetMesh};
 
@@ -271,6 +272,20 @@ impl MeshData {
         let scalars = self.scalars(field)?;
         self.arrays = Vec::new(); // they may hold the file's bytes
         TetMesh::from_cells(self.points, self.cells, scalars)
+    }
+
+    /// The points and cells of this mesh and the values of fields, with curved cells cut into straight
+    /// ones: [`straighten`](curved::straighten).
+    ///
+    /// # Errors
+    /// As [`straighten`](curved::straighten).
+    pub fn into_straight(
+        self,
+        scalars: Vec<Scalars>,
+        how: Straightening,
+    ) -> Result<Straightened, Error> {
+        let MeshData { points, cells, .. } = self; // arrays may hold the file's bytes
+        curved::straighten(points, cells, scalars, how)
     }
 
     /// Adds the scalar fields that arrays offer, by rank, with their ranges. Each array has

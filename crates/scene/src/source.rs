@@ -47,6 +47,10 @@ pub struct VolumeSource {
     /// The same, by its time in the file's own unit, in place of `step`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
+    /// How far curved cells may be off, cut into straight ones: in parts of the diagonal of the mesh's
+    /// box and of the field's range; 1e-3 unless given, or what little memory allows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curved: Option<f64>,
     /// The scalar between a grid's samples; linear for samples at points, nearest for those
     /// of cells unless given.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use tetrascope_core::grid::Interpolation;
+use tetrascope_core::mesh::curved::Straightening;
 use tetrascope_core::mesh::{Association, type_name, volume_corners};
-use tetrascope_core::{Bounds, Error, Scalars, TetMesh, Volume, number};
+use tetrascope_core::{Bounds, Error, Scalars, TetMesh, Volume, is_value, number};
 use tetrascope_datasets::{Dataset, Options};
 use tetrascope_io::{
     FieldSamples, FileData, GridData, GridField, MeshData, ReadOptions, StepChoice, read_file,
@@ -212,7 +213,10 @@ pub fn load_fields(source: &VolumeSource, names: Option<&[String]>) -> Result<Lo
         }
         fields.push(field);
     }
-    let mesh = TetMesh::from_cells(data.points, data.cells, fields[0].clone())?;
+    let straight = data.into_straight(fields, straightening(source))?;
+    notes.extend(straight.report.map(|report| report.to_string()));
+    let fields = straight.scalars;
+    let mesh = TetMesh::from_cells(straight.points, straight.cells, fields[0].clone())?;
     notes.extend(mesh.report().notes());
     Ok(LoadedFields {
         mesh,
@@ -239,6 +243,16 @@ pub fn check(source: &VolumeSource) -> Result<(), Error> {
         ),
         (None, Some(name)) if source.interpolation.is_some() && !is_grid(name) => {
             no_interpolation("the data set")
+        }
+        (None, Some(_)) if source.curved.is_some() => wrong(
+            "`curved` is for files with curved cells, and the volume is a data set".into(),
+            "leave it out",
+        ),
+        (_, None) if source.curved.is_some_and(|tolerance| !(tolerance > 0.0 && tolerance.is_finite())) => {
+            wrong(
+                "`curved` is a tolerance".into(),
+                "give a number above 0, such as 1e-3",
+            )
         }
         (None, Some(_)) if source.solution.is_some() => wrong(
             "`solution` is for Plot3D files, and the volume is a data set".into(),
@@ -312,6 +326,10 @@ fn open(source: &VolumeSource) -> Result<Opened<'_>, Error> {
             Err(Error::invalid("an interpolation that was refused"))
         }
         FileData::Mesh(data) => Ok(Opened::Mesh(data)),
+        FileData::Grid(_) if source.curved.is_some() => Err(Error::Invalid {
+            what: "`curved` is for meshes, and the file is a regular grid".into(),
+            help: Some("leave it out".into()),
+        }),
         FileData::Grid(data) => Ok(Opened::Grid(data)),
     }
 }
@@ -424,11 +442,19 @@ fn from_mesh(
     notes.extend(note);
     let files = std::mem::take(&mut data.files);
     let mut fields = summaries(&data, Some(chosen));
-    let mut mesh = data.into_mesh_of(chosen)?;
+    let scalars = data.scalars(chosen)?;
+    fields[chosen].missing = Some(missing(&scalars.values));
+    let straight = data.into_straight(vec![scalars], straightening(source))?;
+    notes.extend(straight.report.map(|report| report.to_string()));
+    let scalars = straight
+        .scalars
+        .into_iter()
+        .next()
+        .expect("the one that went in");
+    let mut mesh = TetMesh::from_cells(straight.points, straight.cells, scalars)?;
     if let Some(Volume::Mesh(previous)) = previous {
         mesh = mesh.sharing_with(previous);
     }
-    fields[chosen].missing = Some(missing(&mesh.scalars().values));
     Ok(loaded(mesh, notes, fields, files))
 }
 
@@ -478,9 +504,16 @@ fn from_grid(mut data: GridData, source: &VolumeSource) -> Result<Loaded, Error>
     })
 }
 
-/// How many values are not finite.
+/// How many are no values.
 fn missing(values: &[f64]) -> u64 {
-    values.iter().filter(|value| !value.is_finite()).count() as u64
+    values.iter().filter(|value| !is_value(**value)).count() as u64
+}
+
+/// What is asked for of curved cells; the default where nothing is.
+fn straightening(source: &VolumeSource) -> Straightening {
+    source
+        .curved
+        .map_or_else(Straightening::default, Straightening::to)
 }
 
 /// A scene that shows a data set well at its default size.

@@ -25,8 +25,35 @@ use shapes::Curved;
 /// The most parts along an edge.
 pub const MOST_PARTS: usize = 16;
 
-/// The most cells that curved ones are cut into.
-pub const MOST_CELLS: usize = 1 << 24;
+/// How curved cells become straight ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Straightening {
+    /// How far shape and values may be off: in parts of the diagonal of the mesh's box, and of each
+    /// field's range.
+    pub tolerance: f64,
+    /// The most cells that curved ones are cut into; two parts along each edge are always allowed.
+    pub most_cells: usize,
+}
+
+impl Straightening {
+    /// For who asks for a tolerance.
+    pub fn to(tolerance: f64) -> Straightening {
+        Straightening {
+            tolerance,
+            most_cells: 1 << 24,
+        }
+    }
+}
+
+impl Default for Straightening {
+    /// What a picture of 512×512 hardly shows, in little memory.
+    fn default() -> Straightening {
+        Straightening {
+            tolerance: 1e-3,
+            most_cells: 1 << 18,
+        }
+    }
+}
 
 /// A mesh whose curved cells have become straight ones.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,9 +117,8 @@ impl std::fmt::Display for CurvedReport {
 /// Cuts curved cells of order 2 (VTK's types 24 to 27, 29 and 31 to 33) into straight ones: tetrahedra,
 /// hexahedra, wedges and pyramids. Others, and curved cells of other types, stay.
 ///
-/// Shape and values are off by at most `tolerance`, in parts of the diagonal of the mesh's box and
-/// of each field's range, with up to [`MOST_PARTS`] parts along an edge and [`MOST_CELLS`] cells.
-/// `cells` name points that exist, and `scalars` have a value for each point, or each cell.
+/// Edges are cut into the fewest parts that keep the tolerance, or as many as are allowed, at most
+/// [`MOST_PARTS`]; the report says which. `cells` name points that exist, and `scalars` have a value for each point, or each cell.
 ///
 /// # Errors
 /// A tolerance that is not above 0, a cell with a wrong number of points, and more points than
@@ -101,8 +127,9 @@ pub fn straighten(
     points: Vec<DVec3>,
     cells: Cells,
     scalars: Vec<Scalars>,
-    tolerance: f64,
+    how: Straightening,
 ) -> Result<Straightened, Error> {
+    let tolerance = how.tolerance;
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(Error::Invalid {
             what: format!("a tolerance of {tolerance} for curved cells"),
@@ -124,7 +151,7 @@ pub fn straighten(
         });
     }
     check(&points, &cells, &kinds)?;
-    let report = choose(&points, &cells, &scalars, &kinds, tolerance);
+    let report = choose(&points, &cells, &scalars, &kinds, how);
     Cutter::new(&kinds, report.parts).cut(points, &cells, scalars, report)
 }
 
@@ -158,8 +185,9 @@ fn choose(
     cells: &Cells,
     scalars: &[Scalars],
     kinds: &HashMap<u8, Curved>,
-    tolerance: f64,
+    how: Straightening,
 ) -> CurvedReport {
+    let tolerance = how.tolerance;
     let curved = |cell: usize| Some((kinds.get(&cells.types[cell])?, nodes(cells, cell)));
     let all = || (0..cells.types.len()).filter_map(curved);
     let greatest = |value: &dyn Fn(u64) -> DVec3| {
@@ -193,8 +221,8 @@ fn choose(
     }
     let wanted = (shape.max(field) / tolerance).sqrt().ceil();
     let count = all().count();
-    // Cells of n parts along each edge become n³, pyramids less than twice that.
-    let fits = |parts: &usize| count.saturating_mul(2 * parts.pow(3)) <= 2 * MOST_CELLS;
+    // Cells of n parts along each edge become n³, pyramids some twice that.
+    let fits = |&parts: &usize| parts <= 2 || count.saturating_mul(parts.pow(3)) <= how.most_cells;
     let wanted = (wanted as usize).clamp(1, MOST_PARTS);
     let parts = (1..=wanted).rev().find(fits).unwrap_or(1);
     let [shape, field] = [shape, field].map(|bend| bend / (parts * parts) as f64);

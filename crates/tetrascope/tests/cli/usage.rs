@@ -76,7 +76,7 @@ fn wrong_usage_has_its_own_code() {
 }
 
 /// Options with a value, each with values that are wrong.
-const WRONG_VALUES: [(&str, &[&str]); 26] = [
+const WRONG_VALUES: [(&str, &[&str]); 27] = [
     ("--error", &["0", "-1e-3", "nan", "small"]),
     ("--budget", &["16", "0ms", "-1s", "soon"]),
     ("--memory", &["2", "0GB", "-1MB", "much"]),
@@ -125,6 +125,7 @@ const WRONG_VALUES: [(&str, &[&str]); 26] = [
         ],
     ),
     ("--seed", &["-1", "x"]),
+    ("--curved", &["0", "-1", "nan", "inf", "x", "1e-3"]),
     (
         "--dims",
         &[

@@ -371,7 +371,7 @@ fn the_tolerance_is_kept_and_said() {
             points.clone(),
             cells.clone(),
             vec![scalars.clone()],
-            tolerance,
+            Straightening::to(tolerance),
         )
         .expect("it is cut");
         let report = cut.report.expect("there is a curved cell");
@@ -389,7 +389,7 @@ fn the_tolerance_is_kept_and_said() {
             "{text}"
         );
     }
-    let cut = straighten(points, cells, vec![scalars], 1e-6).expect("it is cut");
+    let cut = straighten(points, cells, vec![scalars], Straightening::to(1e-6)).expect("it is cut");
     let report = cut.report.expect("there is a curved cell");
     assert!(!report.is_kept && report.parts == MOST_PARTS, "{report:?}");
     assert!(
@@ -446,7 +446,13 @@ fn straight_cells_and_cell_data_go_through() {
         association: Association::Point,
         values: points.iter().map(|p| p.x * p.x).collect(),
     };
-    let cut = straighten(points, cells, vec![of_cells, of_points], 0.1).expect("it is cut");
+    let cut = straighten(
+        points,
+        cells,
+        vec![of_cells, of_points],
+        Straightening::to(0.1),
+    )
+    .expect("it is cut");
     let report = cut.report.expect("there is a curved cell");
     // 3/16 of x² along an edge, whose second difference is 2, over a range of 1: 0.375/n² ≤ 0.1.
     assert_eq!((report.cells, report.parts), (1, 2));
@@ -468,7 +474,7 @@ fn values_that_are_none_stay_where_they_are() {
     scalars.values[0] = f64::NAN;
     scalars.values[1] = 1e308;
     scalars.values[2] = -1e308;
-    let cut = straighten(points, cells, vec![scalars], 1e-2).expect("it is cut");
+    let cut = straighten(points, cells, vec![scalars], Straightening::to(1e-2)).expect("it is cut");
     let values = &cut.scalars[0].values;
     // On the face opposite to the corner without a value it is not used.
     for (point, value) in cut.points.iter().zip(values) {
@@ -485,7 +491,7 @@ fn wrong_input_is_refused() {
             points.clone(),
             cells.clone(),
             vec![scalars.clone()],
-            tolerance,
+            Straightening::to(tolerance),
         );
         assert!(
             refused
@@ -499,11 +505,13 @@ fn wrong_input_is_refused() {
         offsets: vec![0, 4],
         connectivity: vec![0, 1, 2, 3],
     };
-    let error = straighten(points.clone(), short, vec![], 0.1).expect_err("four points");
+    let error =
+        straighten(points.clone(), short, vec![], Straightening::to(0.1)).expect_err("four points");
     assert!(error.to_string().contains("it must have 10"), "{error}");
     let mut beyond = cells;
     beyond.connectivity[9] = 10;
-    let error = straighten(points, beyond, vec![], 0.1).expect_err("no such point");
+    let error =
+        straighten(points, beyond, vec![], Straightening::to(0.1)).expect_err("no such point");
     assert!(error.to_string().contains("point 10 of 10"), "{error}");
 }
 
@@ -514,8 +522,13 @@ fn a_mesh_without_curved_cells_stays_as_it_is() {
         vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
         vec![0.0; 4],
     );
-    let same =
-        straighten(points.clone(), cells.clone(), vec![scalars.clone()], 0.1).expect("it stays");
+    let same = straighten(
+        points.clone(),
+        cells.clone(),
+        vec![scalars.clone()],
+        Straightening::to(0.1),
+    )
+    .expect("it stays");
     assert_eq!(
         same,
         Straightened {

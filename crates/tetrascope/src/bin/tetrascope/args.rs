@@ -395,6 +395,9 @@ pub(crate) struct VolumeArgs {
     /// The time step at this time, in the file's own unit
     #[arg(long, value_name = "TIME", value_parser = finite, allow_hyphen_values = true)]
     pub(crate) time: Option<f64>,
+    /// How far curved cells may be off, cut into straight ones: in parts of the mesh's diagonal and of the field's range [default: 1e-3, in little memory]
+    #[arg(long, value_name = "TOLERANCE", value_parser = tolerance, allow_hyphen_values = true)]
+    pub(crate) curved: Option<f64>,
     /// The scalar between a grid's samples [default: linear; nearest for cell data]
     #[arg(long, value_name = "HOW", value_parser = interpolations())]
     pub(crate) interpolation: Option<Interpolation>,
@@ -583,6 +586,11 @@ fn finite(text: &str) -> Result<f64, String> {
 fn length(text: &str) -> Result<f64, String> {
     let length = finite(text).ok().filter(|x| *x > 0.0);
     length.ok_or_else(|| "give a length in world units, more than 0".into())
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    let tolerance = finite(text).ok().filter(|x| *x > 0.0);
+    tolerance.ok_or_else(|| "give a number above 0, such as 1e-3".into())
 }
 
 fn strength(text: &str) -> Result<f64, String> {

@@ -21,6 +21,11 @@ pub(crate) fn run(args: &ConvertArgs, output: &Output) -> Result<(), Stop> {
     }
     let source = source(Some(&args.volume), &args.options)?;
     volumes::check(&source).map_err(usage)?;
+    if source.curved.is_some() {
+        let what = "`curved` is for drawing: curved cells are written as they are".into();
+        let help = Some("leave it out".into());
+        return Err(usage(Error::Invalid { what, help }).into());
+    }
     let what = format!("loading {}", name(&source));
     let (data, load) = output.timed(&what, || volumes::read(&source))?;
     let path = match &args.output {

@@ -245,6 +245,7 @@ pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeS
         field: args.field.clone(),
         step: args.step,
         time: args.time,
+        curved: args.curved,
         interpolation: args.interpolation,
         dims: args.dims,
         number: args.number,
@@ -297,6 +298,7 @@ fn merge(source: &mut VolumeSource, given: VolumeSource) {
     if given.step.is_some() || given.time.is_some() {
         (source.step, source.time) = (given.step, given.time);
     }
+    source.curved = given.curved.or(source.curved);
     source.interpolation = given.interpolation.or(source.interpolation);
     source.cells = given.cells.or(source.cells);
     source.seed = given.seed.or(source.seed);
