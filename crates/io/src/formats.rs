@@ -98,7 +98,7 @@ pub const FORMATS: [FileFormat; 19] = [
         "VTK XML unstructured grids",
         &["vtu"],
         Holds::Meshes,
-        "every encoding (LZMA by the feature `lzma`), polyhedra; curved cells by their corners; of several time steps the first",
+        "every encoding (LZMA by the feature `lzma`), polyhedra; curved cells of order 2, others by their corners; of several time steps the first",
     )
     .written(),
     format(
@@ -132,7 +132,7 @@ pub const FORMATS: [FileFormat; 19] = [
         "Exodus II",
         &["e", "exo", "ex2", "exii"],
         Holds::Meshes,
-        "in netCDF classic files, and with the feature `hdf5` in HDF5; blocks of volumes of order 1 and 2, curved ones by their corners",
+        "in netCDF classic files, and with the feature `hdf5` in HDF5; blocks of volumes of order 1 and 2",
     )
     .with_steps()
     .with("exodus", cfg!(feature = "exodus")),
@@ -140,7 +140,7 @@ pub const FORMATS: [FileFormat; 19] = [
         "XDMF",
         &["xdmf", "xmf"],
         Holds::Both,
-        "versions 2 and 3; numbers in XML, binary files, and with the feature `hdf5` in HDF5; curved cells by their corners; no polyhedra, no functions of finite elements",
+        "versions 2 and 3; numbers in XML, binary files, and with the feature `hdf5` in HDF5; curved cells of order 2, others by their corners; no polyhedra, no functions of finite elements",
     )
     .with_steps(),
     format(
@@ -155,7 +155,7 @@ pub const FORMATS: [FileFormat; 19] = [
         "Gmsh",
         &["msh"],
         Holds::Meshes,
-        "versions 2 and 4.1, text and binary; curved elements by their corners",
+        "versions 2 and 4.1, text and binary; curved elements of order 2, others by their corners",
     )
     .with_steps(),
     format(

@@ -445,6 +445,7 @@ fn from_mesh(
     let scalars = data.scalars(chosen)?;
     fields[chosen].missing = Some(missing(&scalars.values));
     let straight = data.into_straight(vec![scalars], straightening(source))?;
+    let is_curved = straight.report.is_some();
     notes.extend(straight.report.map(|report| report.to_string()));
     let scalars = straight
         .scalars
@@ -452,6 +453,10 @@ fn from_mesh(
         .next()
         .expect("the one that went in");
     let mut mesh = TetMesh::from_cells(straight.points, straight.cells, scalars)?;
+    if is_curved {
+        // It reaches beyond that of the corners.
+        fields[chosen].range = mesh.scalar_range();
+    }
     if let Some(Volume::Mesh(previous)) = previous {
         mesh = mesh.sharing_with(previous);
     }
