@@ -91,12 +91,13 @@ impl std::fmt::Display for CurvedReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let CurvedReport { cells, parts, .. } = self;
         let [shape, field] = [self.shape, self.field].map(number::rounded);
+        match cells {
+            1 => write!(f, "1 curved cell is ")?,
+            _ => write!(f, "{cells} curved cells are ")?,
+        }
         match parts {
-            1 => write!(f, "{cells} curved cells are drawn by their corners")?,
-            _ => write!(
-                f,
-                "{cells} curved cells are cut into {parts} parts along each edge"
-            )?,
+            1 => write!(f, "drawn by the corners")?,
+            _ => write!(f, "cut into {parts} parts along each edge")?,
         }
         let (how, what) = match self.is_estimate {
             true => ("about ", " (estimated, as there are pyramids)"),
@@ -104,7 +105,7 @@ impl std::fmt::Display for CurvedReport {
         };
         write!(
             f,
-            ": their shape is off by {how}{shape} of the mesh's diagonal, their values by {how}{field} of \
+            ": shape is off by {how}{shape} of the mesh's diagonal, values by {how}{field} of \
              the field's range{what}"
         )?;
         match self.is_kept {
@@ -319,6 +320,7 @@ impl Cutter {
                 .sum();
             points.push(point);
         }
+        let keep = without_nodes(points.len(), cells, &mut cut);
         let spread = |field: Scalars| {
             let mut values = field.values;
             match field.association {
@@ -329,17 +331,49 @@ impl Cutter {
                         let half = weights(place).map(|(node, weight)| values[node] / 2.0 * weight);
                         values.push(half.sum::<f64>() * 2.0);
                     }
+                    retain(&mut values, &keep);
                 }
             }
             Scalars { values, ..field }
         };
+        let scalars = scalars.into_iter().map(spread).collect();
+        retain(&mut points, &keep);
         Ok(Straightened {
-            scalars: scalars.into_iter().map(spread).collect(),
+            scalars,
             points,
             cells: cut,
             report: Some(report),
         })
     }
+}
+
+/// Which points stay: nodes that only curved cells named, and parts do not, go. Numbers the
+/// points in `cut` anew; `cells` is the mesh before.
+fn without_nodes(points: usize, cells: &Cells, cut: &mut Cells) -> Vec<bool> {
+    let mut keep = vec![true; points];
+    let mut set = |cells: &Cells, to: bool| {
+        cells
+            .connectivity
+            .iter()
+            .for_each(|&point| keep[point as usize] = to);
+    };
+    set(cells, false);
+    set(cut, true);
+    let mut number = 0;
+    let numbers = keep.iter().map(|&keep| {
+        number += u64::from(keep);
+        number.wrapping_sub(1)
+    });
+    let numbers: Vec<u64> = numbers.collect();
+    for point in &mut cut.connectivity {
+        *point = numbers[*point as usize];
+    }
+    keep
+}
+
+fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
+    let mut keep = keep.iter();
+    values.retain(|_| *keep.next().expect("one for each"));
 }
 
 /// The name of a point on a face; `None` inside of the cell.

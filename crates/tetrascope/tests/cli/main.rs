@@ -4,6 +4,7 @@ mod bad_input;
 mod choose;
 #[cfg(feature = "resample")]
 mod convert;
+mod curved;
 mod faults;
 mod first;
 mod grids;

@@ -68,11 +68,11 @@ pub(super) fn tetrahedron(n: usize) -> Places {
                     let (first, last) = (p(1, 0, 0), p(0, 1, 1));
                     let ring = [p(0, 1, 0), p(1, 1, 0), p(1, 0, 1), p(0, 0, 1)];
                     for side in 0..4 {
-                        add([first, last, ring[side], ring[(side + 1) % 4]]);
+                        add([first, last, ring[(side + 1) % 4], ring[side]]);
                     }
                 }
                 if i + j + k + 3 <= n {
-                    add([p(1, 1, 0), p(1, 0, 1), p(0, 1, 1), p(1, 1, 1)]);
+                    add([p(1, 0, 1), p(1, 1, 0), p(0, 1, 1), p(1, 1, 1)]);
                 }
             }
         }
@@ -199,7 +199,8 @@ pub(super) fn pyramid(n: usize) -> Places {
                 let (inner_i, inner_j) = (i + 1 < m, j + 1 < m);
                 if inner_i && inner_j {
                     let below = at(i + 1, j + 1, k);
-                    cells.push((14, [&square(i, j, k + 1)[..], &[below]].concat()));
+                    let [a, b, c, d] = square(i, j, k + 1);
+                    cells.push((14, vec![a, d, c, b, below]));
                 }
                 let next = [at(i + 1, j, k), at(i + 1, j + 1, k), at(i, j + 1, k)];
                 if inner_i {
@@ -207,7 +208,7 @@ pub(super) fn pyramid(n: usize) -> Places {
                     cells.push((10, corners));
                 }
                 if inner_j {
-                    let corners = vec![next[2], next[1], top, at(i, j + 1, k + 1)];
+                    let corners = vec![next[1], next[2], top, at(i, j + 1, k + 1)];
                     cells.push((10, corners));
                 }
             }

@@ -347,6 +347,7 @@ fn parts_of_neighbors_of_every_kind_meet() {
             assert_eq!(mesh.boundary_faces().len(), free, "{parts}");
             assert!(mesh.boundary_statistics().closed, "{parts}");
             assert_eq!(mesh.report().coincident_points, 0);
+            assert_eq!((mesh.report().flipped, mesh.report().unused_points), (0, 0));
         }
     }
 }
@@ -385,7 +386,7 @@ fn the_tolerance_is_kept_and_said() {
         assert_eq!(cut.scalars[0].values.len(), cut.points.len());
         let text = report.to_string();
         assert!(
-            text.starts_with("1 curved cells are cut into") && text.contains("at most"),
+            text.starts_with("1 curved cell is cut into") && text.contains("at most"),
             "{text}"
         );
     }
