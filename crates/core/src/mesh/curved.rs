@@ -17,7 +17,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::{Association, Cells, Scalars};
+use super::{Association, Cells, Scalars, check_point, split};
 use crate::{Bounds, Error, number};
 use lattice::Lattice;
 use shapes::Curved;
@@ -119,11 +119,11 @@ impl std::fmt::Display for CurvedReport {
 /// hexahedra, wedges and pyramids. Others, and curved cells of other types, stay.
 ///
 /// Edges are cut into the fewest parts that keep the tolerance, or as many as are allowed, at most
-/// [`MOST_PARTS`]; the report says which. `cells` name points that exist, and `scalars` have a value for each point, or each cell.
+/// [`MOST_PARTS`]; the report says which.
 ///
 /// # Errors
-/// A tolerance that is not above 0, a cell with a wrong number of points, and more points than
-/// memory holds.
+/// A tolerance that is not above 0, those of [`TetMesh::new`](super::TetMesh::new) for cells and fields
+/// (where there are curved cells), and more points than memory holds.
 pub fn straighten(
     points: Vec<DVec3>,
     cells: Cells,
@@ -151,24 +151,36 @@ pub fn straighten(
             report: None,
         });
     }
-    check(&points, &cells, &kinds)?;
+    check(&points, &cells, &scalars, &kinds)?;
     let report = choose(&points, &cells, &scalars, &kinds, how);
     Cutter::new(&kinds, report.parts).cut(points, &cells, scalars, report)
 }
 
-/// Refuses cells that do not have the points of their type.
-fn check(points: &[DVec3], cells: &Cells, kinds: &HashMap<u8, Curved>) -> Result<(), Error> {
-    for (cell, &cell_type) in cells.types.iter().enumerate() {
-        let Some(curved) = kinds.get(&cell_type) else {
-            continue;
+/// Refuses what [`TetMesh::new`](super::TetMesh::new) refuses of cells and the length of fields, and
+/// nodes of curved cells that are not finite.
+fn check(
+    points: &[DVec3],
+    cells: &Cells,
+    scalars: &[Scalars],
+    kinds: &HashMap<u8, Curved>,
+) -> Result<(), Error> {
+    split::check_cells(points, cells)?;
+    for (cell, cell_type) in cells.types.iter().enumerate() {
+        if kinds.contains_key(cell_type) {
+            for &node in nodes(cells, cell) {
+                check_point(points, cell, node)?;
+            }
+        }
+    }
+    for field in scalars {
+        let (expected, per) = match field.association {
+            Association::Point => (points.len(), "points"),
+            Association::Cell => (cells.types.len(), "cells"),
         };
-        let nodes = nodes(cells, cell);
-        super::cell_type::Kind::of(cell_type).check(cell, cell_type, nodes.len())?;
-        debug_assert_eq!(nodes.len(), curved.nodes());
-        if let Some(point) = nodes.iter().find(|&&point| point >= points.len() as u64) {
+        let (name, count) = (&field.name, field.values.len());
+        if count != expected {
             return Err(Error::invalid(format!(
-                "cell {cell} names point {point} of {}",
-                points.len()
+                "field '{name}' has {count} values for {expected} {per}"
             )));
         }
     }

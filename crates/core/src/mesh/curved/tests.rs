@@ -509,11 +509,32 @@ fn wrong_input_is_refused() {
     let error =
         straighten(points.clone(), short, vec![], Straightening::to(0.1)).expect_err("four points");
     assert!(error.to_string().contains("it must have 10"), "{error}");
-    let mut beyond = cells;
+    let one_value = Scalars {
+        values: vec![0.0],
+        ..scalars
+    };
+    let mut beyond = cells.clone();
     beyond.connectivity[9] = 10;
-    let error =
-        straighten(points, beyond, vec![], Straightening::to(0.1)).expect_err("no such point");
-    assert!(error.to_string().contains("point 10 of 10"), "{error}");
+    let error = straighten(points.clone(), beyond, vec![], Straightening::to(0.1))
+        .expect_err("no such point");
+    assert!(error.to_string().contains("10"), "{error}");
+    let bad_offsets = Cells {
+        offsets: vec![0, 12],
+        ..cells.clone()
+    };
+    assert!(straighten(points.clone(), bad_offsets, vec![], Straightening::to(0.1)).is_err());
+    let error = straighten(
+        points.clone(),
+        cells.clone(),
+        vec![one_value],
+        Straightening::to(0.1),
+    );
+    let error = error.expect_err("one value").to_string();
+    assert_eq!(error, "field 's' has 1 values for 10 points");
+    let mut infinite = points;
+    infinite[7].y = f64::INFINITY;
+    let error = straighten(infinite, cells, vec![], Straightening::to(0.1)).expect_err("infinite");
+    assert!(error.to_string().contains('7'), "{error}");
 }
 
 #[test]
