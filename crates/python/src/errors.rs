@@ -16,12 +16,24 @@ pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
 
 fn made(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
     let (code, path) = match error {
-        Error::Io { path, source, .. } => (source.raw_os_error(), Some(path)),
+        Error::Io { path, source, .. } => (source.raw_os_error().or(code(source)), Some(path)),
         _ => (None, None),
     };
     let make = py.import("tetrascope._errors")?.getattr("make")?;
     let made = make.call1((kind(error), error.to_string(), help(error), code, path))?;
     Ok(PyErr::from_value(made))
+}
+
+/// The code of an error that has lost it on its way, by its kind; Python's classes follow it.
+fn code(error: &std::io::Error) -> Option<i32> {
+    use std::io::ErrorKind;
+    Some(match error.kind() {
+        ErrorKind::NotFound => 2,
+        ErrorKind::PermissionDenied => 13,
+        ErrorKind::NotADirectory => 20,
+        ErrorKind::IsADirectory => 21,
+        _ => return None,
+    })
 }
 
 /// The exception for a panic, which is a fault of ours.

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -23,10 +24,11 @@ def test_other_threads_run_meanwhile():
         drawing.wait()
         while not drawn.is_set():
             counted[0] += 1
+            time.sleep(0.001)  # gives the lock away, and waits for it again
 
     thread = threading.Thread(target=count)
     thread.start()
-    # With the lock held, this thread would not let the other one count until the picture is there.
+    # No thread is made to give the lock away, so this one does only where it does by itself.
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1000.0)
     try:

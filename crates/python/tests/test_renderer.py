@@ -47,13 +47,13 @@ def test_scalars_alone(mesh, look, algorithm):
 
 def test_only_scalars_go_to_the_device(mesh, look, device):
     points, cells, scalars = mesh
-    renderer = tetrascope.Renderer(points, cells, None, scalars, algorithm="projection", **look)
+    renderer = tetrascope.Renderer(points, cells, None, scalars, algorithm="raycast-peel", **look)
     renderer.render()
     # Between frames nothing of the volume is sent.
     assert renderer.render("+x").stats["bytes_uploaded"] == 0
     renderer.set_scalars(1 - scalars)
-    expected = tetrascope.render(points, cells, None, 1 - scalars, algorithm="projection", **look)
-    assert np.abs(np.asarray(renderer.render()) - np.asarray(expected)).max() < 1e-6
+    expected = tetrascope.render(points, cells, None, 1 - scalars, algorithm="raycast-peel", **look)
+    assert np.abs(np.asarray(renderer.render()) - np.asarray(expected)).max() < 2e-6
 
 
 def test_samples_of_a_grid(look):
@@ -78,7 +78,8 @@ def test_transfer_functions(mesh, look, renderer):
     expected = tetrascope.render(
         points, cells, None, scalars, **{**look, "range": (0.2, 0.9), "unit_distance": 0.3}, cmap="magma"
     )
-    assert (np.asarray(renderer.render()) == np.asarray(expected)).all()
+    # Scalars are rounded to f32 in the range of the first look: some units of f32's last place.
+    assert np.abs(np.asarray(renderer.render()) - np.asarray(expected)).max() < 2e-6
 
 
 def test_a_look_keeps_what_is_not_of_colors(mesh, look):

@@ -208,7 +208,8 @@ def _vtk(given: Any) -> Mesh | Grid:
             **_vtk_data(given),
         )
     if given.IsA("vtkStructuredGrid") or given.IsA("vtkRectilinearGrid"):
-        dims = _dims(given.GetDimensions())
+        extent = given.GetExtent()
+        dims = _dims(extent[2 * axis + 1] - extent[2 * axis] + 1 for axis in range(3))
         if given.IsA("vtkStructuredGrid"):
             points = _vtk_points(given)
         else:

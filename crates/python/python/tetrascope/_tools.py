@@ -249,6 +249,8 @@ def resample(
     longest, each = None, None
     if dims is not None and np.ndim(dims) == 0:
         longest = arrays.count("dims", dims, 1 << 20)
+        if longest < 2:
+            raise wrong(f"dims is {longest}", "give at least 2 samples along the longest axis")
     elif dims is not None:
         counts = arrays.indices("dims", dims)
         if counts.shape != (3,) or (counts < 0).any() or (counts > 1 << 20).any():
