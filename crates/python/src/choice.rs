@@ -14,6 +14,9 @@ use crate::scene::Scene;
 use crate::volume::Volume;
 use crate::work::run_telling;
 
+/// A picture; the name and the settings of what has drawn it; a report as JSON.
+type Chosen<'py> = (Drawn<'py>, String, Vec<(String, String)>, String);
+
 /// Chooses and draws. Gives the picture; the name and the settings of what has drawn it; and a
 /// report as JSON. `say` is called with lines on what is being measured.
 #[pyfunction]
@@ -30,7 +33,7 @@ pub(crate) fn choose<'py>(
     keep: bool,
     anew: bool,
     say: &Bound<'py, PyAny>,
-) -> PyResult<(Drawn<'py>, String, Vec<(String, String)>, String)> {
+) -> PyResult<Chosen<'py>> {
     let budget = budget.map(Duration::try_from_secs_f64).transpose();
     let need = budget.map_err(|_| Error::Usage {
         what: "a budget that is not a time".into(),
