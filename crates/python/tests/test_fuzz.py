@@ -14,7 +14,7 @@ import tetrascope
 
 from conftest import cube_of_tetrahedra
 
-CASES = 1200
+CASES = 800
 EXPECTED = (tetrascope.TetrascopeError, TypeError, OSError, MemoryError)
 
 
