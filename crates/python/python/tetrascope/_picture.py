@@ -117,7 +117,7 @@ def _unpickled(array: Any, algorithm: str | None, settings: dict[str, str], stat
 def _whole(array: Any) -> npt.NDArray[np.float32]:
     """An array that the native side reads: contiguous rows of pixels."""
     given = arrays.numbers("a picture", array)
-    whole = arrays.plain(given, np.float32).reshape(given.shape)
+    whole: arrays.Array = arrays.plain(given, np.float32).reshape(given.shape)
     if whole.ndim != 3 or whole.shape[2] != 4 or 0 in whole.shape:
         shape = "×".join(map(str, whole.shape))
         raise error(f"an array of {shape} is not a picture", "give (height, width, 4)")
