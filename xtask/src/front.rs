@@ -44,6 +44,8 @@ or `cargo xtask test --test snapshots`. The exit status is that of cargo.
 Then, unless arguments choose what to test, the GPU crates' tests run again on a second
 Vulkan driver, SwiftShader; with CI set, a few of them.
 `VK_DRIVER_FILES` set means that you chose a driver: then it is the only one.
+The tests of the Python package need a Python with NumPy and pytest: `TETRASCOPE_PYTHON`, or one
+that is found or installed.
 
 Without an adapter, tests that need one say that they are skipped; with the
 environment variable CI set, a missing adapter or second driver is a failure.";
@@ -134,6 +136,9 @@ fn test(rest: &[OsString]) -> ExitCode {
     say("3/4 running the tests");
     let mut tests = cargo("test");
     tests.arg("--workspace").args(rest);
+    if let Some(python) = python() {
+        tests.env(PYTHON, python);
+    }
     let status = run(tests);
     match second {
         Second::Driver(driver) if status.success() => test_on_second_driver(&driver),
@@ -211,6 +216,22 @@ fn other_driver() -> Second {
         return Second::NotWanted;
     }
     second_driver()
+}
+
+/// Which Python the tests of the Python package use.
+const PYTHON: &str = "TETRASCOPE_PYTHON";
+
+/// Finds or installs a Python for the tests, unless one was chosen. Without one, its tests say
+/// that they are skipped; with CI set, they fail.
+fn python() -> Option<String> {
+    if env::var_os(PYTHON).is_some() {
+        return None;
+    }
+    let found = harness(&["setup", "--python"])
+        .stderr(Stdio::inherit())
+        .output();
+    let found = found.ok().filter(|output| output.status.success())?;
+    Some(String::from_utf8_lossy(&found.stdout).trim().to_owned())
 }
 
 /// Finds or installs SwiftShader.

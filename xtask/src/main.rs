@@ -30,6 +30,9 @@ enum Task {
         /// Find or install a second Vulkan driver (SwiftShader) for the tests; print its file
         #[arg(long)]
         second_driver: bool,
+        /// Find or install a Python with NumPy and pytest for the tests; print its path
+        #[arg(long, conflicts_with = "second_driver")]
+        python: bool,
     },
     /// Draw scenes with every algorithm: error against time
     Compare(compare::Options),
@@ -73,8 +76,12 @@ fn main() -> ExitCode {
     }
     match task {
         Task::Setup {
-            second_driver: true,
-        } => match setup::second_driver() {
+            second_driver,
+            python,
+        } if second_driver || python => match match python {
+            true => setup::python(),
+            false => setup::second_driver(),
+        } {
             Ok(file) => finish(print(&format!("{}\n", file.display())).map(|()| ExitCode::SUCCESS)),
             Err(reason) => {
                 eprintln!("{reason}");

@@ -94,6 +94,65 @@ pub fn browser() -> Result<PathBuf, String> {
     })
 }
 
+/// Debian's packages of what the tests of the Python package need.
+const PYTHON_PACKAGES: [&str; 3] = ["python3", "python3-numpy", "python3-pytest"];
+
+/// Where Python is.
+const PYTHONS: [&str; 2] = ["python3", "/usr/bin/python3"];
+
+/// A Python with NumPy and pytest, for the tests of the Python package; installs them under the
+/// conditions of [`setup`], or in a folder of the build where there is a Python without them.
+///
+/// # Errors
+/// Why there is none, in words.
+pub fn python() -> Result<PathBuf, String> {
+    let needed = "import sys, numpy, pytest; assert sys.version_info >= (3, 10)";
+    let runs = |python: &Path, arguments: &[&str]| {
+        let output = Command::new(python).args(arguments).output();
+        output.is_ok_and(|output| output.status.success())
+    };
+    let own = crate::machine::target().join("python");
+    let in_own = own.join(if cfg!(windows) {
+        "Scripts/python.exe"
+    } else {
+        "bin/python3"
+    });
+    let find = || {
+        let mut places = PYTHONS.iter().map(PathBuf::from).chain([in_own.clone()]);
+        places.find(|python| runs(python, &["-c", needed]))
+    };
+    if let Some(found) = find() {
+        return Ok(found);
+    }
+    if is_debian()
+        && let Some(prefix) = root_prefix()
+    {
+        eprintln!(
+            "no Python with NumPy and pytest: installing {}",
+            PYTHON_PACKAGES.join(", ")
+        );
+        if install(&prefix, &PYTHON_PACKAGES)
+            && let Some(found) = find()
+        {
+            return Ok(found);
+        }
+    }
+    let folder = own.display().to_string();
+    if PYTHONS
+        .iter()
+        .any(|python| runs(Path::new(python), &["-m", "venv", &folder]))
+    {
+        eprintln!("installing NumPy and pytest in {folder}");
+        runs(
+            &in_own,
+            &["-m", "pip", "install", "--quiet", "numpy", "pytest"],
+        );
+    }
+    find().ok_or_else(|| {
+        "to test the Python package, install Python 3.10 or later with NumPy and pytest".into()
+    })
+}
+
 /// Installs Debian packages and says so; whether that worked.
 fn install(prefix: &[&str], packages: &[&str]) -> bool {
     // Lists may be fresh enough even if an update fails; the installation decides.

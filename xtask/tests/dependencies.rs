@@ -7,7 +7,7 @@ use serde_json::Value;
 /// Packages by their names without `tetrascope-`: what each may be built with, and what its
 /// tests and benchmarks may use beside that. A rule for a package that does not exist yet
 /// harms nobody.
-const RULES: [(&str, &[&str], &[&str]); 19] = [
+const RULES: [(&str, &[&str], &[&str]); 20] = [
     ("core", &[], &[]),
     ("shaders", &[], &[]),
     ("f32", &["core"], &["shaders", "testing"]),
@@ -45,6 +45,7 @@ const RULES: [(&str, &[&str], &[&str]); 19] = [
     ("xtask", &["benches", "tetrascope", "testing"], &[]),
     ("benches", &["tetrascope"], &["testing"]),
     ("fuzz", &["tetrascope"], &[]),
+    ("python", &["tetrascope"], &[]),
 ];
 
 /// An algorithm draws with these and knows no other algorithm.

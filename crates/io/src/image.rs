@@ -85,8 +85,7 @@ fn unknown_format(extension: &str) -> Error {
 /// Latin-1 characters.
 pub fn encode_png(frame: &Frame, metadata: &[(String, String)]) -> Result<Vec<u8>, Error> {
     check(frame)?;
-    let texels = frame.pixels.par_iter().map(|&p| straight_srgb(p));
-    let texels: Vec<[u8; 4]> = texels.collect();
+    let texels = straight_srgb8(frame);
     let encode = || -> Result<Vec<u8>, png::EncodingError> {
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, frame.width, frame.height);
@@ -261,6 +260,11 @@ fn check(frame: &Frame) -> Result<(), Error> {
         )));
     }
     Ok(())
+}
+
+/// The texels of [`encode_png`]: 8-bit RGBA in sRGB, straight alpha, row-major, top row first.
+pub fn straight_srgb8(frame: &Frame) -> Vec<[u8; 4]> {
+    frame.pixels.par_iter().map(|&p| straight_srgb(p)).collect()
 }
 
 /// Premultiplied linear floats to straight sRGB bytes.

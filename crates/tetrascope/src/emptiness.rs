@@ -48,7 +48,7 @@ pub fn explain(
         let percent = number::rounded(f64::from(100.0 * greatest));
         (
             format!("the picture is faint: it is at most {percent} % from the background"),
-            "lower --unit-distance, narrow --range, or look from another side with --camera".into(),
+            "lower `unit_distance`, narrow `range`, or look from another side with `camera`".into(),
         )
     } else {
         return None;
@@ -63,13 +63,13 @@ fn reason(volume: &Volume, appearance: &Appearance, view: &View) -> (String, Str
     if volume.cell_count() == 0 || volume.bounds().is_empty() {
         return (
             "the volume has no cells".into(),
-            "`tetrascope info` lists what the file holds".into(),
+            "look at what the file holds".into(),
         );
     }
     let Some((low, high)) = volume.scalar_range() else {
         return (
             "the field has no finite value in any cell".into(),
-            "choose another field with --field; `tetrascope info` lists them".into(),
+            "choose another field".into(),
         );
     };
     let bounds = volume.bounds();
@@ -81,7 +81,7 @@ fn reason(volume: &Volume, appearance: &Appearance, view: &View) -> (String, Str
         };
         return (
             format!("{why}; it reaches from {place}"),
-            "leave --camera out, or use another side; each shows the whole volume".into(),
+            "leave `camera` out, or use another side; each shows the whole volume".into(),
         );
     }
     let model = appearance.optical_model;
@@ -95,7 +95,7 @@ fn reason(volume: &Volume, appearance: &Appearance, view: &View) -> (String, Str
                 number::exact(low),
                 number::exact(high)
             ),
-            "give a value in between, for example with --isovalue, or look from elsewhere".into(),
+            "give a value in between, or look from elsewhere".into(),
         );
     }
     let tf = &appearance.transfer_function;
@@ -123,7 +123,7 @@ fn reason(volume: &Volume, appearance: &Appearance, view: &View) -> (String, Str
                 "the transfer function's {quantity} is 0 over the field's range, {low} to {high}; \
                  its knots span {first} to {last}"
             ),
-            format!("use --range {low},{high}"),
+            format!("use `range` {low},{high}"),
         );
     }
     // No chord is longer than the diagonal, so no optical depth exceeds this.
@@ -133,18 +133,18 @@ fn reason(volume: &Volume, appearance: &Appearance, view: &View) -> (String, Str
             format!(
                 "opacity is too low: the optical depth of the whole volume is at most {depth:.3e}"
             ),
-            "lower --unit-distance, or raise the transfer function's extinction".into(),
+            "lower `unit_distance`, or raise the transfer function's extinction".into(),
         );
     }
     if model != OpticalModel::Absorption && tf.max_color(low, high) == 0.0 {
         return (
             "the transfer function's color is black, as is what lies behind".into(),
-            "use --background white, or --colormap viridis".into(),
+            "use `background` white, or `colormap` viridis".into(),
         );
     }
     (
         "the rays meet the volume's box, but pass beside its cells or through clear ones".into(),
-        "use --camera fit+iso and the default colors, and change one of them at a time".into(),
+        "use the `camera` fit+iso and the default colors, and change one of them at a time".into(),
     )
 }
 
@@ -290,7 +290,7 @@ mod tests {
         assert!(faint.to_string().contains("at most 4 %"), "{faint}");
         let help = faint.help().expect("what to do");
         assert!(
-            help.contains("--unit-distance") && help.contains("--range"),
+            help.contains("`unit_distance`") && help.contains("`range`"),
             "{help}"
         );
     }

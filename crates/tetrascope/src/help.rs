@@ -4,7 +4,7 @@ use tetrascope_core::{Error, text};
 use tetrascope_scene::nearest;
 
 /// The spellings of a library's hints at the command line.
-const SPELLINGS: [(&str, &str); 8] = [
+const SPELLINGS: [(&str, &str); 17] = [
     ("`dims` and `type`", "--dims 256x256x128 --type u8"),
     ("leave out `solution`", "leave out --solution"),
     ("`solution`", "--solution FILE"),
@@ -25,6 +25,24 @@ const SPELLINGS: [(&str, &str); 8] = [
         "start from a complete scene",
         "`tetrascope print-scene sphere` prints a complete scene to start from",
     ),
+    (
+        "look at what the file holds",
+        "`tetrascope info` lists what the file holds",
+    ),
+    (
+        "give a value in between",
+        "give a value in between, for example with --isovalue",
+    ),
+    (
+        "add a `file` or a `dataset`",
+        "add file or dataset under [volume], or name one on the command line",
+    ),
+    ("the `camera` fit+iso", "--camera fit+iso"),
+    ("`camera`", "--camera"),
+    ("`unit_distance`", "--unit-distance"),
+    ("`range`", "--range"),
+    ("`background`", "--background"),
+    ("`colormap`", "--colormap"),
 ];
 
 /// The hint for a person at the command line about `error`, one line.

@@ -275,7 +275,7 @@ pub fn check(source: &VolumeSource) -> Result<(), Error> {
         (None, Some(_)) => Ok(()),
         (None, None) => wrong(
             "the scene names no volume".into(),
-            "add file or dataset under [volume], or name one on the command line",
+            "add a `file` or a `dataset`",
         ),
     }
 }
