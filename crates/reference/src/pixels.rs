@@ -38,15 +38,16 @@ impl Reference {
                 "column {column}, row {row} of a picture of {width}x{height} pixels"
             )));
         }
-        let drawn: Vec<_> = self.in_pool(|| {
+        let drawn = self.in_pool(|| {
             self.with_tiles(view, &|_, _| f64::INFINITY, |draw| {
                 let drawn = pixels.par_iter();
                 let drawn = drawn.map_init(Workspace::default, |workspace, &[column, row]| {
-                    draw(column..column + 1, row..row + 1, workspace).swap_remove(0)
+                    self.stop.check()?;
+                    Ok(draw(column..column + 1, row..row + 1, workspace).swap_remove(0))
                 });
-                drawn.collect()
+                drawn.collect::<Result<Vec<_>, Error>>()
             })
-        })?;
+        })??;
         Ok(ReferencePixels {
             pixels: drawn.iter().map(|(outcome, _)| outcome.pixel).collect(),
             error_bound: drawn.iter().map(|(outcome, _)| outcome.error).collect(),
