@@ -194,6 +194,29 @@ mod tests {
 
     use super::*;
 
+    #[test]
+    fn a_frame_stops_when_asked_and_the_next_is_whole() {
+        let mesh = Volume::Mesh(data_set("sphere", Some(600)));
+        let place = tetrascope_testing::Place::unit(8);
+        let grid = Volume::Grid(grid(&place, |p| p.x + p.y * p.z));
+        for volume in [mesh, grid] {
+            let stop = Stop::new();
+            let options = RaycastCpuOptions::default();
+            let rays = RaycastCpu::new(&volume, &ramp(&volume), &options).expect("a volume");
+            let rays = rays.with_stop(stop.clone());
+            let view = fitted(&volume, CameraFit::PlusIso, false, 48);
+            let whole = rays.render(&view).expect("a frame");
+            stop.set();
+            assert!(matches!(rays.render(&view), Err(Error::Stopped)));
+            if matches!(volume, Volume::Mesh(_)) {
+                assert!(matches!(rays.segments(&view), Err(Error::Stopped)));
+            }
+            stop.clear();
+            let again = rays.render(&view).expect("a frame");
+            assert_eq!(again.pixels, whole.pixels);
+        }
+    }
+
     /// What every processor of its kind has draws the same as what this one has: vectors of other
     /// widths, and without fused products.
     #[test]

@@ -125,6 +125,24 @@ mod tests {
     }
 
     #[test]
+    fn a_picture_stops_when_asked_and_the_next_is_whole() {
+        let volume = Volume::Mesh(data_set("sphere", Some(600)));
+        let options = ReferenceOptions::default();
+        let reference = Reference::new(&volume, &ramp(&volume), &options).expect("it draws");
+        let stop = tetrascope_core::Stop::new();
+        let reference = reference.with_stop(stop.clone());
+        let [view, ..] = outside_and_inside(&volume, 32);
+        let whole = reference.render_exact(&view).expect("it draws");
+        stop.set();
+        assert!(matches!(reference.render_exact(&view), Err(Error::Stopped)));
+        let pixels = reference.render_pixels(&view, &[[0, 0]]);
+        assert!(matches!(pixels, Err(Error::Stopped)));
+        stop.clear();
+        let again = reference.render_exact(&view).expect("it draws");
+        assert_eq!(again.pixels, whole.pixels);
+    }
+
+    #[test]
     fn a_pixel_outside_of_the_picture_is_refused() {
         let volume = Volume::Mesh(data_set("sphere", Some(600)));
         let options = ReferenceOptions::default();

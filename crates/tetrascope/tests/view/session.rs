@@ -120,7 +120,9 @@ fn the_complete_picture_is_the_one_that_render_draws() {
 
 #[test]
 fn a_newer_view_replaces_an_older_one_and_nothing_is_queued() {
-    let told = start(|scene| (scene.image.width, scene.image.height) = (Some(700), Some(500)));
+    let told = start(|scene| {
+        (scene.image.width, scene.image.height) = (Some(700), Some(500));
+    });
     let first = told.complete().version;
     for i in 0..300 {
         let x = f64::from(i) / 100.0;
@@ -141,7 +143,7 @@ fn a_newer_view_replaces_an_older_one_and_nothing_is_queued() {
             Kind::Quick => quick += 1,
             Kind::Complete if picture.version == last => break picture,
             // On a fast machine the quick picture is the complete one.
-            Kind::Complete => assert_eq!(picture.header["more"]["why"].is_string(), true),
+            Kind::Complete => assert!(picture.header["more"]["why"].is_string()),
             _ => {}
         }
     };
