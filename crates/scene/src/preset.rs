@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use tetrascope_core::colormap::{Colormap, linear_to_srgb};
 use tetrascope_core::{Error, number};
 
+use crate::appearance::COLORMAP_KNOTS;
 pub use color_space::ColorSpace;
 pub use json::ReadPreset;
 
@@ -107,7 +108,10 @@ impl Preset {
             }
         };
         scalars("color point", &mut self.colors.iter().map(|p| p.scalar))?;
-        scalars("opacity point", &mut self.opacities.iter().map(|p| p.scalar))?;
+        scalars(
+            "opacity point",
+            &mut self.opacities.iter().map(|p| p.scalar),
+        )?;
         let part = |value: f64| (0.0..=1.0).contains(&value);
         for (i, point) in self.colors.iter().enumerate() {
             if !point.color.iter().all(|c| part(*c)) {
@@ -133,9 +137,10 @@ impl Preset {
         Ok(())
     }
 
-    /// The colors of a named map over a range, all of its entries.
+    /// The colors of a named map over a range: as many points as color maps of scenes have knots.
+    /// Entries between them follow within a level or so, to which the maps' tables are rounded.
     pub fn colors_of(map: Colormap, (low, high): (f64, f64)) -> Vec<ColorPoint> {
-        const ENTRIES: u32 = 256;
+        const ENTRIES: u32 = COLORMAP_KNOTS as u32;
         let point = |i: u32| {
             let place = f64::from(i) / f64::from(ENTRIES - 1);
             let color = map.linear_rgb(place).to_array().map(linear_to_srgb);
@@ -158,8 +163,14 @@ impl Preset {
             false => low,
         };
         let mut preset = self.clone();
-        preset.colors.iter_mut().for_each(|p| p.scalar = move_to(p.scalar));
-        preset.opacities.iter_mut().for_each(|p| p.scalar = move_to(p.scalar));
+        preset
+            .colors
+            .iter_mut()
+            .for_each(|p| p.scalar = move_to(p.scalar));
+        preset
+            .opacities
+            .iter_mut()
+            .for_each(|p| p.scalar = move_to(p.scalar));
         preset
     }
 

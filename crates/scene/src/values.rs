@@ -94,7 +94,10 @@ mod tests {
         assert_eq!(values.count(), 99.0);
         assert_eq!(values.histogram((0.0, 99.0), 1), [99.0]);
         let counts = values.histogram((0.0, 100.0), 10);
-        assert_eq!(counts, [9.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0]);
+        assert_eq!(
+            counts,
+            [9.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0]
+        );
         assert_eq!(values.histogram((10.0, 19.0), 2), [5.0, 5.0]);
         assert_eq!(values.histogram((3.0, 3.0), 4), [0.0, 0.0, 1.0, 0.0]);
         assert!(values.histogram((0.0, 1.0), 0).is_empty());

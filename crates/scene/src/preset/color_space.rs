@@ -147,11 +147,7 @@ fn lab_to_msh([l, a, b]: [f64; 3]) -> [f64; 3] {
 }
 
 fn msh_to_lab([m, s, h]: [f64; 3]) -> [f64; 3] {
-    [
-        m * s.cos(),
-        m * s.sin() * h.cos(),
-        m * s.sin() * h.sin(),
-    ]
+    [m * s.cos(), m * s.sin() * h.cos(), m * s.sin() * h.sin()]
 }
 
 /// Moreland 2009, section 5.
@@ -214,7 +210,10 @@ mod tests {
                 // Matrices of four digits are inverse to each other within 1e-3 of a level.
                 let [start, end] = [0.0, 1.0].map(|s| space.between(from, to, s));
                 let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() < 4e-3);
-                assert!(space == ColorSpace::Step || near(start, from), "{space:?} {start:?}");
+                assert!(
+                    space == ColorSpace::Step || near(start, from),
+                    "{space:?} {start:?}"
+                );
                 assert!(near(end, to), "{space:?} {end:?}");
             }
         }
@@ -224,9 +223,15 @@ mod tests {
     fn hue_takes_the_way_that_paraview_takes() {
         // "Blue to Red Rainbow" is two points; green is in its middle.
         assert_eq!(bytes(ColorSpace::Hsv.between(BLUE, RED, 0.5)), [0, 255, 0]);
-        assert_eq!(bytes(ColorSpace::Hsv.between(BLUE, RED, 0.25)), [0, 255, 255]);
+        assert_eq!(
+            bytes(ColorSpace::Hsv.between(BLUE, RED, 0.25)),
+            [0, 255, 255]
+        );
         assert_eq!(bytes(ColorSpace::Step.between(RED, BLUE, 0.1)), [0, 0, 255]);
-        assert_eq!(bytes(ColorSpace::Rgb.between(RED, BLUE, 0.5)), [128, 0, 128]);
+        assert_eq!(
+            bytes(ColorSpace::Rgb.between(RED, BLUE, 0.5)),
+            [128, 0, 128]
+        );
     }
 
     // Moreland gives cool and warm as (59, 76, 192) and (180, 4, 38), and their middle as

@@ -66,7 +66,9 @@ impl Preset {
             Value::Array(list) => {
                 if list.len() > 1 {
                     let count = list.len();
-                    notes.push(format!("the file holds {count} presets; the first is taken"));
+                    notes.push(format!(
+                        "the file holds {count} presets; the first is taken"
+                    ));
                 }
                 list.first()
             }
@@ -96,14 +98,20 @@ impl Preset {
         if object.contains_key("NanColor") {
             notes.push("`NanColor` is passed over: what has no value is transparent".into());
         }
-        let others = object.keys().filter(|key| {
-            !HARMLESS.contains(&key.as_str()) && key.as_str() != "NanColor"
-        });
-        let others: Vec<String> = others.take(8).map(|key| text::name(key).into_owned()).collect();
+        let others = object
+            .keys()
+            .filter(|key| !HARMLESS.contains(&key.as_str()) && key.as_str() != "NanColor");
+        let others: Vec<String> = others
+            .take(8)
+            .map(|key| text::name(key).into_owned())
+            .collect();
         if !others.is_empty() {
             notes.push(format!("these keys are passed over: {}", others.join(", ")));
         }
-        let name = object.get("Name").and_then(Value::as_str).unwrap_or("preset");
+        let name = object
+            .get("Name")
+            .and_then(Value::as_str)
+            .unwrap_or("preset");
         let preset = Preset {
             name: text::name(name).into_owned(),
             color_space,
@@ -141,11 +149,16 @@ fn color_space(object: &Map<String, Value>) -> Result<ColorSpace, Error> {
         Some(name) => name.as_str().unwrap_or_default(),
     };
     let name = if name == "CIELAB" { "Lab" } else { name };
-    let found = ColorSpace::ALL.into_iter().find(|space| space.name() == name);
+    let found = ColorSpace::ALL
+        .into_iter()
+        .find(|space| space.name() == name);
     found.ok_or_else(|| {
         let names = ColorSpace::ALL.map(ColorSpace::name).join(", ");
         wrong(
-            format!("colors in the space '{}' are not interpolated", text::name(name)),
+            format!(
+                "colors in the space '{}' are not interpolated",
+                text::name(name)
+            ),
             &format!("choose one of {names} in ParaView, or export more points in RGB"),
         )
     })
@@ -253,8 +266,15 @@ mod tests {
         let preset = &read.preset;
         assert_eq!((preset.colors.len(), preset.opacities.len()), (3, 3));
         assert_eq!(preset.color_space, ColorSpace::Diverging);
-        assert_eq!((preset.opacities[1].midpoint, preset.opacities[1].sharpness), (0.25, 0.6));
-        assert!(read.notes.iter().any(|n| n.contains("NanColor")), "{:?}", read.notes);
+        assert_eq!(
+            (preset.opacities[1].midpoint, preset.opacities[1].sharpness),
+            (0.25, 0.6)
+        );
+        assert!(
+            read.notes.iter().any(|n| n.contains("NanColor")),
+            "{:?}",
+            read.notes
+        );
         let again = Preset::from_json(&preset.to_json()).expect("our own");
         assert_eq!(again.preset, *preset);
         assert!(again.notes.is_empty(), "{:?}", again.notes);
@@ -272,13 +292,22 @@ mod tests {
             ("\"IndexedLookup\"", "1"),
         ] {
             let error = Preset::from_json(&with(key, value)).expect_err("not drawn");
-            assert!(error.help().is_some_and(|h| h.contains("ParaView")), "{error}");
+            assert!(
+                error.help().is_some_and(|h| h.contains("ParaView")),
+                "{error}"
+            );
         }
         let read = Preset::from_json(&with("\"Shine\"", "1")).expect("a preset");
-        assert!(read.notes.iter().any(|n| n.contains("Shine")), "{:?}", read.notes);
+        assert!(
+            read.notes.iter().any(|n| n.contains("Shine")),
+            "{:?}",
+            read.notes
+        );
         for space in ["Lab/CIEDE2000", "Prolab", "", "rgb"] {
             let text = EXPORTED.replacen("Diverging", space, 1);
-            let error = Preset::from_json(&text).expect_err("another space").to_string();
+            let error = Preset::from_json(&text)
+                .expect_err("another space")
+                .to_string();
             assert!(error.contains("space"), "{error}");
         }
         assert!(Preset::from_json(&EXPORTED.replacen("Diverging", "CIELAB", 1)).is_ok());
@@ -308,7 +337,10 @@ mod tests {
             &long,
         ] {
             let error = Preset::from_json(wrong).expect_err("no preset");
-            assert!(!error.to_string().contains('\n') && error.help().is_some(), "{error}");
+            assert!(
+                !error.to_string().contains('\n') && error.help().is_some(),
+                "{error}"
+            );
         }
         // Nested deeper than a stack holds.
         assert!(Preset::from_json(&"[".repeat(100_000)).is_err());
@@ -321,6 +353,9 @@ mod tests {
         assert!(!read.has_opacities);
         let preset = read.preset;
         assert_eq!(preset.range(), (2.0, 5.0));
-        assert_eq!(preset.opacities, [OpacityPoint::new(2.0, 0.0), OpacityPoint::new(5.0, 1.0)]);
+        assert_eq!(
+            preset.opacities,
+            [OpacityPoint::new(2.0, 0.0), OpacityPoint::new(5.0, 1.0)]
+        );
     }
 }

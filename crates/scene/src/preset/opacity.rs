@@ -13,7 +13,8 @@ pub(super) const LINEAR: f64 = 0.01;
 
 /// Where in (0, 1) between a point and the next the midpoint is.
 pub(super) fn midpoint(from: &OpacityPoint) -> f64 {
-    from.midpoint.clamp(NEAREST_MIDPOINT, 1.0 - NEAREST_MIDPOINT)
+    from.midpoint
+        .clamp(NEAREST_MIDPOINT, 1.0 - NEAREST_MIDPOINT)
 }
 
 /// The opacity at `s` in (0, 1) between a point and the next; the first point's midpoint and

@@ -213,7 +213,10 @@ impl Preset {
                 (Some(last), None) => self.colors[last].color,
                 (None, _) => self.colors[0].color,
             };
-            let opacity = match (opacity_after.checked_sub(1), self.opacities.get(opacity_after)) {
+            let opacity = match (
+                opacity_after.checked_sub(1),
+                self.opacities.get(opacity_after),
+            ) {
                 (Some(from), Some(to)) => {
                     let from = &self.opacities[from];
                     match scalar {
@@ -347,8 +350,18 @@ mod tests {
         let function = preset(ColorSpace::Rgb, points).transfer_function(1.0);
         let function = function.expect("valid");
         let opacity = |x: f64| -(-function.sample(x).expect("a number").1).exp_m1();
-        for (scalar, wanted) in [(1.999, 0.0), (2.001, 0.5), (7.999, 0.5), (8.001, 0.25), (12.0, 0.25)] {
-            assert!((opacity(scalar) - wanted).abs() < 1e-9, "{scalar}: {}", opacity(scalar));
+        for (scalar, wanted) in [
+            (1.999, 0.0),
+            (2.001, 0.5),
+            (7.999, 0.5),
+            (8.001, 0.25),
+            (12.0, 0.25),
+        ] {
+            assert!(
+                (opacity(scalar) - wanted).abs() < 1e-9,
+                "{scalar}: {}",
+                opacity(scalar)
+            );
         }
     }
 
@@ -362,7 +375,11 @@ mod tests {
         };
         let function = map.transfer_function(0.5).expect("valid");
         let (points, is_dimmed) = Preset::of(&function, 0.5);
-        assert!(!is_dimmed && points.colors.len() < 100, "{}", points.colors.len());
+        assert!(
+            !is_dimmed && points.colors.len() < 100,
+            "{}",
+            points.colors.len()
+        );
         // A ramp is two points, up to the opacity that counts as opaque.
         assert!(points.opacities.len() <= 3, "{:?}", points.opacities);
         let again = points.transfer_function(0.5).expect("valid");
@@ -372,9 +389,15 @@ mod tests {
             let srgb = |color: DVec3| color.to_array().map(linear_to_srgb);
             let (ca, cb) = (srgb(a.0), srgb(b.0));
             // There and back, half a level each.
-            assert!((0..3).all(|i| (ca[i] - cb[i]).abs() < 3.0 * TOLERANCE), "{scalar}");
+            assert!(
+                (0..3).all(|i| (ca[i] - cb[i]).abs() < 3.0 * TOLERANCE),
+                "{scalar}"
+            );
             let opacity = |sigma: f64| -(-sigma * 0.5).exp_m1();
-            assert!((opacity(a.1) - opacity(b.1)).abs() < 3.0 * TOLERANCE, "{scalar}");
+            assert!(
+                (opacity(a.1) - opacity(b.1)).abs() < 3.0 * TOLERANCE,
+                "{scalar}"
+            );
         }
     }
 
@@ -398,11 +421,26 @@ mod tests {
         let good = preset(ColorSpace::Rgb, opacities);
         assert!(good.validate().is_ok());
         let wrong = [
-            Preset { colors: Vec::new(), ..good.clone() },
-            Preset { opacities: vec![OpacityPoint::new(f64::NAN, 0.5)], ..good.clone() },
-            Preset { opacities: vec![OpacityPoint::new(0.0, 1.5)], ..good.clone() },
-            Preset { colors: good.colors.iter().rev().copied().collect(), ..good.clone() },
-            Preset { opacities: vec![OpacityPoint::new(0.0, 0.5); 5000], ..good.clone() },
+            Preset {
+                colors: Vec::new(),
+                ..good.clone()
+            },
+            Preset {
+                opacities: vec![OpacityPoint::new(f64::NAN, 0.5)],
+                ..good.clone()
+            },
+            Preset {
+                opacities: vec![OpacityPoint::new(0.0, 1.5)],
+                ..good.clone()
+            },
+            Preset {
+                colors: good.colors.iter().rev().copied().collect(),
+                ..good.clone()
+            },
+            Preset {
+                opacities: vec![OpacityPoint::new(0.0, 0.5); 5000],
+                ..good.clone()
+            },
         ];
         for preset in wrong {
             assert!(preset.transfer_function(1.0).is_err());

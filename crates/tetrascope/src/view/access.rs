@@ -32,7 +32,9 @@ impl Token {
         getrandom::fill(&mut bytes).map_err(|error| {
             Error::invalid(format!("the system gives no random numbers: {error}"))
         })?;
-        Ok(Token(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
+        Ok(Token(
+            bytes.iter().map(|byte| format!("{byte:02x}")).collect(),
+        ))
     }
 
     /// One that a person has chosen, so that an address stays the same.
@@ -225,7 +227,13 @@ mod tests {
     fn names_of_this_machine_alone_are_taken_with_any_port() {
         let mut access = access();
         let is_ours = |access: &Access, host: &str| access.check(Some(host), None, false).is_ok();
-        for host in ["localhost", "localhost:8080", "127.0.0.1:1", "[::1]:80", "LOCALHOST:5"] {
+        for host in [
+            "localhost",
+            "localhost:8080",
+            "127.0.0.1:1",
+            "[::1]:80",
+            "LOCALHOST:5",
+        ] {
             assert!(is_ours(&access, host), "{host}");
         }
         let others = [

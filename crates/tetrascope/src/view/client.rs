@@ -93,7 +93,9 @@ pub(crate) async fn run(
             let (session, client) = (session.clone(), seat.client);
             let answer = move || answer(&session, client, &message);
             // Commands may look at a whole mesh.
-            let answers = tokio::task::spawn_blocking(answer).await.unwrap_or_default();
+            let answers = tokio::task::spawn_blocking(answer)
+                .await
+                .unwrap_or_default();
             for answer in answers {
                 let _ = inner.send(Inner::Answer(answer)).await;
             }

@@ -9,7 +9,7 @@ use tetrascope_scene::{CameraSpec, ColorSpace, Preset};
 use super::command::{Command, Message};
 use super::picture::{command_line, short_command_line, stem};
 use super::quick;
-use super::state::{State, few_colors};
+use super::state::State;
 use crate::algorithms;
 
 /// Colors of a map's picture.
@@ -116,13 +116,6 @@ pub(crate) fn state(state: &State, by: Option<u64>) -> Value {
     let settings = state.settings.iter();
     let settings = settings.map(|(key, value)| (key.to_owned(), json!(value)));
     let look = &state.look;
-    let preset = Preset {
-        colors: match look.colormap {
-            Some(_) => few_colors(&look.preset.colors),
-            None => look.preset.colors.clone(),
-        },
-        ..look.preset.clone()
-    };
     json!({
         "type": "state",
         "version": state.version,
@@ -137,7 +130,7 @@ pub(crate) fn state(state: &State, by: Option<u64>) -> Value {
         "range": scene.appearance.transfer_function.range(),
         "knots": scene.appearance.transfer_function.knots().len(),
         "look": {
-            "preset": preset,
+            "preset": look.preset,
             "colormap": look.colormap,
             "unit_distance": look.unit_distance,
             "surfaces": look.surfaces,
@@ -162,9 +155,9 @@ pub(crate) fn notes(message: &Message) -> Vec<String> {
         Some(Command::ImportPreset { text, .. }) => {
             Preset::from_json(text).map_or(Vec::new(), |read| read.notes)
         }
-        Some(Command::ImportScene { .. }) => vec![
-            "camera, background and look are those of the file; the volume stays".into(),
-        ],
+        Some(Command::ImportScene { .. }) => {
+            vec!["camera, background and look are those of the file; the volume stays".into()]
+        }
         _ => Vec::new(),
     }
 }

@@ -335,7 +335,10 @@ mod tests {
         // One channel of sixteen is off by a quarter.
         assert!((found.rmse - 0.25 / 4.0).abs() < 1e-9 && found.greatest == 0.25);
         let light = |i: usize| picture.pixels[i][..3].iter().sum::<f32>();
-        assert!(light(1) > light(0) && light(2) == light(0), "five decades below");
+        assert!(
+            light(1) > light(0) && light(2) == light(0),
+            "five decades below"
+        );
         frame.pixels[3][1] = f32::NAN;
         let (picture, found) = difference(&frame, &truth);
         assert_eq!((found.rmse, found.greatest), (f64::INFINITY, f64::INFINITY));

@@ -69,7 +69,11 @@ impl Look {
     }
 
     /// Other points; `keep_colors` takes only the opacities.
-    pub(crate) fn set_points(&mut self, mut preset: Preset, keep_colors: bool) -> Result<(), Error> {
+    pub(crate) fn set_points(
+        &mut self,
+        mut preset: Preset,
+        keep_colors: bool,
+    ) -> Result<(), Error> {
         if keep_colors {
             preset.colors.clone_from(&self.preset.colors);
             preset.color_space = self.preset.color_space;
@@ -86,7 +90,9 @@ impl Look {
 
 /// What the function shows at a scalar, white where it shows nothing.
 fn color_at(function: &TransferFunction, scalar: f64) -> DVec3 {
-    function.sample(scalar).map_or(DVec3::ONE, |(color, _)| color)
+    function
+        .sample(scalar)
+        .map_or(DVec3::ONE, |(color, _)| color)
 }
 
 /// The same function over another range.

@@ -42,7 +42,10 @@ impl PictureFormat {
 /// What it takes to make the picture again.
 fn metadata(complete: &Complete) -> Vec<(String, String)> {
     let texts = [
-        ("Software", format!("tetrascope {}", env!("CARGO_PKG_VERSION"))),
+        (
+            "Software",
+            format!("tetrascope {}", env!("CARGO_PKG_VERSION")),
+        ),
         ("Algorithm", complete.setup.algorithm.name.into()),
         ("Settings", complete.setup.settings.to_string()),
         ("Mesh", complete.state.field.loaded.description.clone()),

@@ -170,7 +170,11 @@ impl Server {
             IpAddr::V6(ip) => format!("[{ip}]"),
             ip => ip.to_string(),
         };
-        format!("http://{host}:{}/{}/", self.address.port(), access.token.text())
+        format!(
+            "http://{host}:{}/{}/",
+            self.address.port(),
+            access.token.text()
+        )
     }
 }
 
@@ -194,14 +198,13 @@ pub fn serve(
     hub: Arc<Hub>,
 ) -> Result<(), Error> {
     let failed = |error: std::io::Error| Error::invalid(format!("the server ends: {error}"));
-    hub.states
-        .send_if_modified(|state| match state {
-            Some(_) => false,
-            None => {
-                *state = Some(describe::state(&session.state(), None));
-                true
-            }
-        });
+    hub.states.send_if_modified(|state| match state {
+        Some(_) => false,
+        None => {
+            *state = Some(describe::state(&session.state(), None));
+            true
+        }
+    });
     let app = App {
         access: Arc::new(access),
         catalog: Arc::new(RwLock::new(describe::catalog())),
@@ -240,14 +243,20 @@ async fn answer(Shared(app): Shared<App>, request: Request) -> Response<Body> {
     let Some(name) = name else {
         // Without the slash, names beside the page would lack the token.
         let place = HeaderValue::from_str(&format!("/{token}/"));
-        let mut response = plain(StatusCode::PERMANENT_REDIRECT, "The page has a / at its end.");
+        let mut response = plain(
+            StatusCode::PERMANENT_REDIRECT,
+            "The page has a / at its end.",
+        );
         if let Ok(place) = place {
             response.headers_mut().insert(header::LOCATION, place);
         }
         return response;
     };
     if request.method() != Method::GET {
-        return plain(StatusCode::METHOD_NOT_ALLOWED, "Nothing is sent here but by the page.");
+        return plain(
+            StatusCode::METHOD_NOT_ALLOWED,
+            "Nothing is sent here but by the page.",
+        );
     }
     if is_socket {
         return socket(app, request).await;
@@ -265,7 +274,11 @@ async fn socket(app: App, request: Request) -> Response<Body> {
         Ok(upgrade) => upgrade,
         Err(_) => return plain(StatusCode::BAD_REQUEST, "A WebSocket is opened here."),
     };
-    let catalog = app.catalog.read().unwrap_or_else(PoisonError::into_inner).clone();
+    let catalog = app
+        .catalog
+        .read()
+        .unwrap_or_else(PoisonError::into_inner)
+        .clone();
     let upgrade = upgrade
         .max_message_size(LONGEST_MESSAGE)
         .max_frame_size(LONGEST_MESSAGE);
@@ -291,7 +304,9 @@ async fn saved(app: &App, name: &str) -> Response<Body> {
         _ => {}
     }
     let format = name.strip_prefix("picture.");
-    let format = PictureFormat::ALL.into_iter().find(|(_, e, _)| Some(*e) == format);
+    let format = PictureFormat::ALL
+        .into_iter()
+        .find(|(_, e, _)| Some(*e) == format);
     let Some((format, extension, media)) = format else {
         return plain(StatusCode::NOT_FOUND, "There is nothing here.");
     };
@@ -300,7 +315,10 @@ async fn saved(app: &App, name: &str) -> Response<Body> {
     match tokio::task::spawn_blocking(encode).await {
         Ok(Ok(bytes)) => file(media, bytes.into(), Some(format!("{stem}.{extension}"))),
         Ok(Err(error)) => plain(StatusCode::CONFLICT, &error.to_string()),
-        Err(_) => plain(StatusCode::INTERNAL_SERVER_ERROR, "The picture could not be made."),
+        Err(_) => plain(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "The picture could not be made.",
+        ),
     }
 }
 
@@ -319,7 +337,11 @@ fn refused(refusal: Refusal) -> Response<Body> {
 }
 
 fn plain(status: StatusCode, words: &str) -> Response<Body> {
-    let mut response = file("text/plain; charset=utf-8", format!("{words}\n").into(), None);
+    let mut response = file(
+        "text/plain; charset=utf-8",
+        format!("{words}\n").into(),
+        None,
+    );
     *response.status_mut() = status;
     response
 }
@@ -343,8 +365,14 @@ fn secured(mut response: Response<Body>) -> Response<Body> {
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (header::REFERRER_POLICY, "no-referrer"),
         (header::CACHE_CONTROL, "no-store"),
-        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
-        (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+        (
+            HeaderName::from_static("cross-origin-resource-policy"),
+            "same-origin",
+        ),
+        (
+            HeaderName::from_static("cross-origin-opener-policy"),
+            "same-origin",
+        ),
     ] {
         headers.insert(name, HeaderValue::from_static(value));
     }

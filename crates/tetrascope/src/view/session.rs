@@ -127,7 +127,12 @@ impl Session {
         let step = source.step.unwrap_or(0);
         let step = if start.steps.is_empty() { 0 } else { step };
         let field = Field::new(start.loaded, source, step, 1);
-        let state = State::new(Arc::new(field), start.scene, start.algorithm, start.settings)?;
+        let state = State::new(
+            Arc::new(field),
+            start.scene,
+            start.algorithm,
+            start.settings,
+        )?;
         let shared = Arc::new(Shared {
             inbox: Mutex::new(Inbox::new(Arc::new(state))),
             changed: Condvar::new(),
@@ -181,11 +186,16 @@ impl Session {
         let result = match &message.command {
             None => Ok(()),
             Some(command) => {
-                let _one = self.shared.applying.lock().unwrap_or_else(PoisonError::into_inner);
+                let _one = self
+                    .shared
+                    .applying
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner);
                 let state = self.state();
                 match state.apply(command) {
                     Ok(Applied::State(next)) => {
-                        self.shared.replace(*next, Some((client, message.seq)), message.moving);
+                        self.shared
+                            .replace(*next, Some((client, message.seq)), message.moving);
                         Ok(())
                     }
                     Ok(Applied::Load(wanted)) => {
@@ -403,6 +413,9 @@ impl Shared {
     /// The setups that are in use for a state.
     pub(crate) fn used(&self, state: &State) -> [Setup; 2] {
         let measured = self.measured.lock().unwrap_or_else(PoisonError::into_inner);
-        [Setup::of(state), super::quick::choose(state, &measured).setup]
+        [
+            Setup::of(state),
+            super::quick::choose(state, &measured).setup,
+        ]
     }
 }

@@ -11,8 +11,7 @@ use tetrascope_core::{
     camera::DEFAULT_VIEW_ANGLE,
 };
 use tetrascope_scene::{
-    ColorPoint, FieldValues, IsosurfaceSpec, Preset, Scene, SceneFile, VolumeSource,
-    default_unit_distance,
+    FieldValues, IsosurfaceSpec, Preset, Scene, SceneFile, VolumeSource, default_unit_distance,
 };
 
 use super::command::Command;
@@ -90,7 +89,7 @@ pub struct State {
 pub struct Saved {
     scene: SceneFile,
     step: usize,
-    /// Without colors, if the map has a name.
+    /// With the ends of its colors alone, if the map has a name.
     preset: Preset,
     colormap: Option<Colormap>,
     unit_distance: f64,
@@ -237,8 +236,10 @@ impl State {
             Command::Step { number } => return Ok(self.load(None, *number)),
             Command::Algorithm { name, settings } => {
                 next.algorithm = algorithm(name)?;
-                let pairs: Vec<String> =
-                    settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
+                let pairs: Vec<String> = settings
+                    .iter()
+                    .map(|(key, value)| format!("{key}={value}"))
+                    .collect();
                 let pairs = pairs.iter().map(String::as_str);
                 next.settings = Settings::parse(next.algorithm, pairs)?;
             }
@@ -260,7 +261,9 @@ impl State {
             Command::Reset {} => next.take(SceneFile::clone(&self.initial))?,
             Command::Restore { saved } => {
                 let field = saved.scene.volume.field.clone();
-                let is_other = field.as_deref().is_some_and(|name| name != self.field.name());
+                let is_other = field
+                    .as_deref()
+                    .is_some_and(|name| name != self.field.name());
                 if is_other || saved.step != self.field.step {
                     return Ok(Applied::Load(Wanted {
                         field: field.filter(|_| is_other),
@@ -301,8 +304,13 @@ impl State {
         };
         scene.image.background = self.background;
         let mut preset = self.look.preset.clone();
-        if self.look.colormap.is_some() {
-            preset.colors.clear();
+        // What follows from the points is left out, as an address is to hold it.
+        let follows = preset.transfer_function(self.look.unit_distance);
+        if follows.is_ok_and(|f| f == self.scene.appearance.transfer_function) {
+            scene.appearance.transfer_function = None;
+        }
+        if self.look.colormap.is_some() && preset.colors.len() > 2 {
+            preset.colors.drain(1..preset.colors.len() - 1);
         }
         Saved {
             scene,
@@ -321,13 +329,17 @@ impl State {
         self.settings = Settings::parse(self.algorithm, saved.settings.split(','))?;
         self.take(saved.scene.clone())?;
         let mut preset = saved.preset.clone();
-        let function = &self.scene.appearance.transfer_function;
-        if let Some(map) = saved.colormap {
-            preset.colors = Preset::colors_of(map, function.range());
-        }
         preset.validate()?;
+        if let (Some(map), Some(first), Some(last)) =
+            (saved.colormap, preset.colors.first(), preset.colors.last())
+        {
+            preset.colors = Preset::colors_of(map, (first.scalar, last.scalar));
+        }
         if !(saved.unit_distance > 0.0 && saved.unit_distance.is_finite()) {
-            return Err(Error::invalid(format!("a unit distance of {}", saved.unit_distance)));
+            return Err(Error::invalid(format!(
+                "a unit distance of {}",
+                saved.unit_distance
+            )));
         }
         self.look = Look {
             preset,
@@ -335,7 +347,10 @@ impl State {
             unit_distance: saved.unit_distance,
             surfaces: saved.surfaces.clone(),
         };
-        Ok(())
+        match saved.scene.appearance.transfer_function {
+            None => self.redraw_points(),
+            Some(_) => Ok(()),
+        }
     }
 
     /// Takes camera, background and look of a scene, not its volume and not its size.
@@ -405,7 +420,10 @@ impl State {
 
     /// Makes the function anew from the points.
     fn redraw_points(&mut self) -> Result<(), Error> {
-        let function = self.look.preset.transfer_function(self.look.unit_distance)?;
+        let function = self
+            .look
+            .preset
+            .transfer_function(self.look.unit_distance)?;
         self.scene.appearance.transfer_function = function;
         Ok(())
     }
@@ -447,7 +465,9 @@ fn look_of(scene: &Scene, file: &SceneFile, volume: &Volume) -> Look {
     };
     let mut look = Look::of(&scene.appearance, colormap, distance);
     if spec.isosurfaces.is_none() {
-        look.surfaces.iter_mut().for_each(|surface| surface.color = None);
+        look.surfaces
+            .iter_mut()
+            .for_each(|surface| surface.color = None);
     }
     look
 }
@@ -487,16 +507,4 @@ fn to_perspective(camera: Camera) -> Camera {
         },
         ..camera
     }
-}
-
-/// The colors of a preset as a page shows them: of a named map, few are enough.
-pub(crate) fn few_colors(colors: &[ColorPoint]) -> Vec<ColorPoint> {
-    let step = colors.len().div_ceil(64).max(1);
-    let mut few: Vec<ColorPoint> = colors.iter().copied().step_by(step).collect();
-    if let (Some(last), Some(kept)) = (colors.last(), few.last())
-        && last.scalar != kept.scalar
-    {
-        few.push(*last);
-    }
-    few
 }

@@ -30,7 +30,10 @@ struct Job {
 pub(crate) fn quick(shared: &Shared) {
     while let Some(job) = next_quick(shared) {
         let state = &job.state;
-        let measured = shared.measured.lock().unwrap_or_else(PoisonError::into_inner);
+        let measured = shared
+            .measured
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         let quick = quick::choose(state, &measured);
         drop(measured);
         let full = [state.scene.view.width, state.scene.view.height];
@@ -45,9 +48,20 @@ pub(crate) fn quick(shared: &Shared) {
         let draw = begun.elapsed();
         let sent = drawn.and_then(|frame| {
             let is_complete = size == full && quick.setup == Setup::of(state);
-            let kind = if is_complete { Kind::Complete } else { Kind::Quick };
+            let kind = if is_complete {
+                Kind::Complete
+            } else {
+                Kind::Quick
+            };
             let more = json!({"why": quick.why});
-            send(shared, &job, &quick.setup, &frame, (kind, begun, draw), more)?;
+            send(
+                shared,
+                &job,
+                &quick.setup,
+                &frame,
+                (kind, begun, draw),
+                more,
+            )?;
             Ok(is_complete.then(|| complete_of(&job, &quick.setup, frame)))
         });
         match sent {
@@ -96,7 +110,11 @@ pub(crate) fn complete(shared: &Shared) {
             let draw = begun.elapsed();
             result = drawn.and_then(|frame| {
                 let is_complete = size == full;
-                let kind = if is_complete { Kind::Complete } else { Kind::Refining };
+                let kind = if is_complete {
+                    Kind::Complete
+                } else {
+                    Kind::Refining
+                };
                 send(shared, &job, &setup, &frame, (kind, begun, draw), json!({}))?;
                 if is_complete {
                     last = Some((setup.clone(), draw.as_secs_f64(), pixels));

@@ -25,8 +25,14 @@ fn only_who_knows_the_token_is_answered() {
         }
     }
     let head = head.to_ascii_lowercase();
-    assert!(head.contains("content-security-policy: default-src 'none'"), "{head}");
-    assert!(!head.contains("unsafe-inline") && head.contains("no-referrer"), "{head}");
+    assert!(
+        head.contains("content-security-policy: default-src 'none'"),
+        "{head}"
+    );
+    assert!(
+        !head.contains("unsafe-inline") && head.contains("no-referrer"),
+        "{head}"
+    );
 
     let other = "0".repeat(32);
     for path in [
@@ -45,10 +51,16 @@ fn only_who_knows_the_token_is_answered() {
         let (status, _, body) = viewer.get(path, "");
         assert_eq!(status, 403, "{path}");
         let words = String::from_utf8(body).expect("text");
-        assert!(words.contains("token") && !words.contains(&token), "{words}");
+        assert!(
+            words.contains("token") && !words.contains(&token),
+            "{words}"
+        );
     }
     let (status, head, _) = viewer.get(&format!("/{token}"), "");
-    assert!(status == 308 && head.contains(&format!("/{token}/")), "{head}");
+    assert!(
+        status == 308 && head.contains(&format!("/{token}/")),
+        "{head}"
+    );
 }
 
 #[test]
@@ -75,7 +87,8 @@ fn nothing_of_the_disk_can_be_asked_for() {
     let mut socket = viewer.socket();
     let state = socket.told("state");
     // A scene that is imported brings no volume.
-    let scene = "version = 1\\n[volume]\\nfile = \\\"/etc/passwd\\\"\\n[image]\\nbackground = [1, 0, 0, 1]";
+    let scene =
+        "version = 1\\n[volume]\\nfile = \\\"/etc/passwd\\\"\\n[image]\\nbackground = [1, 0, 0, 1]";
     socket.say(&format!(
         "{{\"seq\": 1, \"command\": {{\"do\": \"import-scene\", \"text\": \"{scene}\"}}}}"
     ));
@@ -83,7 +96,10 @@ fn nothing_of_the_disk_can_be_asked_for() {
     assert_eq!(next["background"], serde_json::json!([1.0, 0.0, 0.0, 1.0]));
     assert_eq!(next["field_id"], state["field_id"]);
     let saved = String::from_utf8(viewer.file("scene.toml")).expect("text");
-    assert!(saved.contains("dataset = \"sphere\"") && !saved.contains("passwd"), "{saved}");
+    assert!(
+        saved.contains("dataset = \"sphere\"") && !saved.contains("passwd"),
+        "{saved}"
+    );
     // No command has a name for a file.
     for command in [
         "{\"do\": \"load\", \"file\": \"/etc/passwd\"}",
@@ -104,8 +120,14 @@ fn other_names_and_other_pages_are_refused() {
     let page = format!("/{token}/");
     let status = |path: &str, headers: &str| viewer.get(path, headers).0;
     assert_eq!(status(&page, "Host: evil.example\r\n"), 403);
-    assert_eq!(status(&page, &format!("Host: evil.example:{port}\r\n")), 403);
-    assert_eq!(status(&page, "Host: localhost\r\nHost: evil.example\r\n"), 403);
+    assert_eq!(
+        status(&page, &format!("Host: evil.example:{port}\r\n")),
+        403
+    );
+    assert_eq!(
+        status(&page, "Host: localhost\r\nHost: evil.example\r\n"),
+        403
+    );
     assert_eq!(status(&page, "Host: 192.168.1.1\r\n"), 403);
     // A tunnel ends at another port of the person's machine.
     assert_eq!(status(&page, "Host: localhost:4321\r\n"), 200);
@@ -114,14 +136,25 @@ fn other_names_and_other_pages_are_refused() {
                    Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
     let socket = format!("/{token}/ws");
     assert_eq!(status(&socket, upgrade), 403, "without an origin");
-    for origin in ["null", "http://evil.example", "http://localhost", "http://localhost:1"] {
-        assert_eq!(status(&socket, &format!("Origin: {origin}\r\n{upgrade}")), 403, "{origin}");
+    for origin in [
+        "null",
+        "http://evil.example",
+        "http://localhost",
+        "http://localhost:1",
+    ] {
+        assert_eq!(
+            status(&socket, &format!("Origin: {origin}\r\n{upgrade}")),
+            403,
+            "{origin}"
+        );
     }
     let wrong = format!("/{}/ws", "0".repeat(32));
     let own = format!("Origin: http://localhost:{port}\r\n");
     assert_eq!(status(&wrong, &format!("{own}{upgrade}")), 403);
     assert_eq!(status(&socket, &own), 400, "no upgrade");
-    let post = format!("POST {page} HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
+    let post = format!(
+        "POST {page} HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+    );
     assert_eq!(viewer.ask(&post).0, 405);
     assert_eq!(viewer.ask("GARBAGE\r\n\r\n").0, 400);
 }
@@ -145,21 +178,36 @@ fn messages_are_bounded_in_size_number_and_kind() {
     assert!(matches!(flood.ended(), Some(1008) | None));
 
     let mut binary = viewer.socket();
-    binary.0.send(Message::binary(vec![1, 2, 3])).expect("it is sent");
+    binary
+        .0
+        .send(Message::binary(vec![1, 2, 3]))
+        .expect("it is sent");
     assert_eq!(binary.ended(), Some(1003));
 
     // What is not understood is said, and the connection stays.
     let mut socket = viewer.socket();
-    for wrong in ["", "nonsense", "[]", "{\"seq\": -1}", "{\"command\": {\"do\": \"camera\"}}"] {
+    for wrong in [
+        "",
+        "nonsense",
+        "{\"seq\": -1}",
+        "{\"command\": {\"do\": \"camera\"}}",
+    ] {
         socket.say(wrong);
         let problem = socket.told("problem");
-        assert!(problem["message"].as_str().is_some_and(|m| m.contains("not understood")));
+        assert!(
+            problem["message"]
+                .as_str()
+                .is_some_and(|m| m.contains("not understood"))
+        );
     }
     let deep = "[".repeat(100_000);
     socket.say(&deep);
     socket.told("problem");
     socket.say("{\"seq\": 9, \"histogram\": [0, 1]}");
-    assert_eq!(socket.told("histogram")["counts"].as_array().map(Vec::len), Some(256));
+    assert_eq!(
+        socket.told("histogram")["counts"].as_array().map(Vec::len),
+        Some(256)
+    );
 }
 
 #[test]
@@ -199,7 +247,9 @@ fn an_interrupt_ends_it_as_a_shell_expects() {
     let mut viewer = Viewer::start(SPHERE);
     let mut page = viewer.socket();
     page.told("state");
-    let interrupt = Command::new("kill").args(["-INT", &viewer.child.id().to_string()]).status();
+    let interrupt = Command::new("kill")
+        .args(["-INT", &viewer.child.id().to_string()])
+        .status();
     assert!(interrupt.expect("kill runs").success());
     let status = viewer.child.wait().expect("it ends");
     // A shell says 130 of that.

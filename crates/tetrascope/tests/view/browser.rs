@@ -20,7 +20,10 @@ pub(crate) struct Browser {
 /// Starts one; `None`, with a message, where there is none and that is no error.
 pub(crate) fn start() -> Option<Browser> {
     let Some(program) = find() else {
-        assert!(env::var_os("CI").is_none(), "there is no Chromium, which the tests here need");
+        assert!(
+            env::var_os("CI").is_none(),
+            "there is no Chromium, which the tests here need"
+        );
         eprintln!("skipped: there is no Chromium; on Debian it is the package `chromium`");
         return None;
     };
@@ -47,7 +50,8 @@ pub(crate) fn start() -> Option<Browser> {
         .expect("it starts");
     let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
     let endpoint = lines.by_ref().map_while(Result::ok).find_map(|line| {
-        line.strip_prefix("DevTools listening on ").map(str::to_owned)
+        line.strip_prefix("DevTools listening on ")
+            .map(str::to_owned)
     });
     let Some(endpoint) = endpoint else {
         let status = child.wait();

@@ -28,12 +28,14 @@ impl Tab {
             session: String::new(),
             next: 0,
         };
-        let target = tab.call("Target.createTarget", json!({"url": "about:blank", "width": 1280, "height": 720}));
+        let target = tab.call("Target.createTarget", json!({"url": "about:blank"}));
         let target = json!({"targetId": target["targetId"], "flatten": true});
         let session = tab.call("Target.attachToTarget", target);
         tab.session = session["sessionId"].as_str().expect("a session").into();
         tab.call("Page.enable", json!({}));
         tab.call("Runtime.enable", json!({}));
+        let screen = json!({"width": 1280, "height": 720, "deviceScaleFactor": 1, "mobile": false});
+        tab.call("Emulation.setDeviceMetricsOverride", screen);
         tab.go(url);
         tab
     }
@@ -50,7 +52,9 @@ impl Tab {
         if !self.session.is_empty() {
             message["sessionId"] = json!(self.session);
         }
-        self.socket.send(Message::text(message.to_string())).expect("it is sent");
+        self.socket
+            .send(Message::text(message.to_string()))
+            .expect("it is sent");
         loop {
             let Message::Text(text) = self.socket.read().expect("the browser answers") else {
                 continue;
@@ -80,7 +84,9 @@ impl Tab {
     pub(crate) fn until(&mut self, expression: &str) {
         let start = Instant::now();
         // While a page loads, nothing of it is there yet.
-        let tried = format!("(() => {{ try {{ return Boolean({expression}); }} catch {{ return false; }} }})()");
+        let tried = format!(
+            "(() => {{ try {{ return Boolean({expression}); }} catch {{ return false; }} }})()"
+        );
         while self.value(&tried) != true {
             assert!(start.elapsed() < PATIENCE, "never: {expression}");
             std::thread::sleep(Duration::from_millis(20));
@@ -90,9 +96,7 @@ impl Tab {
     /// Presses, moves in steps and releases the mouse; `between` runs while it is pressed.
     pub(crate) fn drag(&mut self, from: [f64; 2], to: [f64; 2], mut between: impl FnMut(&mut Tab)) {
         const STEPS: u32 = 12;
-        let event = |kind: &str, [x, y]: [f64; 2]| {
-            json!({"type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1})
-        };
+        let event = |kind: &str, [x, y]: [f64; 2]| json!({"type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1});
         self.call("Input.dispatchMouseEvent", event("mousePressed", from));
         for step in 1..=STEPS {
             let s = f64::from(step) / f64::from(STEPS);

@@ -46,7 +46,8 @@ fn base64(text: &str) -> Vec<u8> {
 fn complete(tab: &mut Tab) {
     tab.until(
         "document.getElementById('picture').dataset.kind === 'complete' && state && !camera.isHeld() \
-         && Number(document.getElementById('picture').dataset.version) === state.version",
+         && Number(document.getElementById('picture').dataset.version) === state.version \
+         && state.size.join() === picture.size().join()",
     );
 }
 
@@ -59,7 +60,12 @@ fn check(tab: &mut Tab, viewer: &Viewer, what: &str) -> Vec<u8> {
     let (wanted_size, wanted) = rendered(folder.path(), &scene, "--algorithm raycast-cpu");
     assert_eq!(size, wanted_size, "{what}");
     let differ = shown.iter().zip(&wanted).filter(|(a, b)| a != b).count();
-    assert_eq!(differ, 0, "{what}: {differ} of {} bytes differ", wanted.len());
+    assert_eq!(
+        differ,
+        0,
+        "{what}: {differ} of {} bytes differ",
+        wanted.len()
+    );
     // The picture is one: it has many colors.
     let mut colors: Vec<&[u8]> = shown.chunks(4).collect();
     colors.sort_unstable();
@@ -78,8 +84,14 @@ fn a_page_is_turned_edited_reloaded_and_outlives_its_server() {
 
     // The picture appears, as large as there is room, and nothing has to be scrolled.
     let first = check(&mut tab, &viewer, "at first");
-    assert_eq!(tab.value("document.documentElement.scrollHeight <= innerHeight"), true);
-    assert_eq!(tab.value("document.documentElement.scrollWidth <= innerWidth"), true);
+    assert_eq!(
+        tab.value("document.documentElement.scrollHeight <= innerHeight"),
+        true
+    );
+    assert_eq!(
+        tab.value("document.documentElement.scrollWidth <= innerWidth"),
+        true
+    );
     for panel in ["color", "scene", "drawing"] {
         tab.value(&format!("document.getElementById('tab-{panel}').click()"));
         let fits = format!(
@@ -105,7 +117,10 @@ fn a_page_is_turned_edited_reloaded_and_outlives_its_server() {
     assert!(first != turned, "the pixels change");
     tab.until("picture.latencies.length > 0");
     let shown = tab.value("document.getElementById('status-latency').textContent");
-    assert!(shown.as_str().is_some_and(|s| s.starts_with("latency")), "{shown}");
+    assert!(
+        shown.as_str().is_some_and(|s| s.starts_with("latency")),
+        "{shown}"
+    );
     let latency = tab.value("picture.latency()");
     eprintln!("latency from input to picture: {latency} ms; pictures meanwhile: {kinds:?}");
 
@@ -157,7 +172,12 @@ fn a_page_is_turned_edited_reloaded_and_outlives_its_server() {
     drop(viewer);
     tab.until("!document.getElementById('gone').hidden");
     let words = tab.value("document.getElementById('gone').innerText");
-    assert!(words.as_str().is_some_and(|w| w.contains("does not answer")), "{words}");
+    assert!(
+        words
+            .as_str()
+            .is_some_and(|w| w.contains("does not answer")),
+        "{words}"
+    );
     let viewer = Viewer::start_with(&format!("{LINE} --port {port}"), Some(TOKEN));
     tab.until("document.getElementById('gone').hidden && hello && state.camera.view_up[1] !== 1");
     assert!(check(&mut tab, &viewer, "with another server") == edited);

@@ -62,7 +62,9 @@ impl Viewer {
     pub(crate) fn get(&self, path: &str, headers: &str) -> (u16, String, Vec<u8>) {
         let host = format!("Host: localhost:{}\r\n", self.port);
         let host = if headers.contains("Host:") { "" } else { &host };
-        self.ask(&format!("GET {path} HTTP/1.1\r\n{host}{headers}Connection: close\r\n\r\n"))
+        self.ask(&format!(
+            "GET {path} HTTP/1.1\r\n{host}{headers}Connection: close\r\n\r\n"
+        ))
     }
 
     /// Sends a request as it is.
@@ -162,6 +164,10 @@ pub(crate) fn rendered(folder: &Path, scene: &[u8], options: &str) -> ([u32; 2],
         .args(options.split_whitespace())
         .output()
         .expect("the program starts");
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert!(
+        run.status.success(),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
     decode(&std::fs::read(folder.join("picture.png")).expect("a picture"))
 }

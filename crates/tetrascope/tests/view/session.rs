@@ -6,7 +6,9 @@ use std::sync::{Arc, Mutex};
 use tetrascope::core::VolumeRenderer as _;
 use tetrascope::io::image::encode_png;
 use tetrascope::scene::{SceneFile, VolumeSource};
-use tetrascope::view::{Encoded, Estimate, Event, Kind, Message, Session, Start, State, command_line};
+use tetrascope::view::{
+    Encoded, Estimate, Event, Kind, Message, Session, Start, State, command_line,
+};
 use tetrascope::{Context, Settings, algorithm, volumes};
 
 use crate::program::{PATIENCE, PROGRAM, decode};
@@ -51,16 +53,21 @@ fn start_scene(scene: SceneFile) -> Told {
 impl Told {
     fn ask(&self, json: &str) -> Result<(), String> {
         let message: Message = serde_json::from_str(json).map_err(|error| error.to_string())?;
-        self.session.take(1, &message).map_err(|error| error.to_string())
+        self.session
+            .take(1, &message)
+            .map_err(|error| error.to_string())
     }
 
     fn command(&self, json: &str) {
         let message = format!("{{\"seq\": 1, \"command\": {json}}}");
-        self.ask(&message).unwrap_or_else(|error| panic!("{json}: {error}"));
+        self.ask(&message)
+            .unwrap_or_else(|error| panic!("{json}: {error}"));
     }
 
     fn next(&self) -> Event {
-        self.events.recv_timeout(PATIENCE).expect("something happens")
+        self.events
+            .recv_timeout(PATIENCE)
+            .expect("something happens")
     }
 
     /// The complete picture of the newest state.
@@ -90,7 +97,10 @@ fn drawn(state: &State) -> Vec<u8> {
     let scene = &state.scene;
     let volume = state.field.volume();
     let renderer = build(&Context::new(), volume, &scene.appearance, &state.settings);
-    let frame = renderer.expect("it draws").render(&scene.view).expect("a frame");
+    let frame = renderer
+        .expect("it draws")
+        .render(&scene.view)
+        .expect("a frame");
     decode(&encode_png(&frame, &[]).expect("a file")).1
 }
 
@@ -126,7 +136,10 @@ fn a_newer_view_replaces_an_older_one_and_nothing_is_queued() {
     let first = told.complete().version;
     for i in 0..300 {
         let x = f64::from(i) / 100.0;
-        let message = format!("{{\"seq\": {i}, \"moving\": true, \"command\": {}}}", camera(x));
+        let message = format!(
+            "{{\"seq\": {i}, \"moving\": true, \"command\": {}}}",
+            camera(x)
+        );
         told.ask(&message).expect("a camera");
     }
     let last = told.session.state().version;
@@ -137,7 +150,10 @@ fn a_newer_view_replaces_an_older_one_and_nothing_is_queued() {
         let Event::Picture(picture) = told.next() else {
             continue;
         };
-        assert!(picture.version >= versions[versions.len() - 1], "an older one comes later");
+        assert!(
+            picture.version >= versions[versions.len() - 1],
+            "an older one comes later"
+        );
         versions.push(picture.version);
         match picture.kind {
             Kind::Quick => quick += 1,
@@ -181,15 +197,30 @@ fn what_is_wrong_is_refused_and_changes_nothing() {
         assert!(!error.is_empty() && !error.contains('\n'), "{error}");
     }
     let planes = vec!["{\"point\": [0, 0, 0], \"normal\": [1, 0, 0]}"; 17].join(", ");
-    assert!(told.ask(&format!("{{\"command\": {{\"do\": \"clip\", \"planes\": [{planes}]}}}}")).is_err());
+    assert!(
+        told.ask(&format!(
+            "{{\"command\": {{\"do\": \"clip\", \"planes\": [{planes}]}}}}"
+        ))
+        .is_err()
+    );
     let after = told.session.state();
-    assert_eq!((before.version, &before.scene), (after.version, &after.scene));
+    assert_eq!(
+        (before.version, &before.scene),
+        (after.version, &after.scene)
+    );
 }
 
 #[test]
 fn points_presets_and_ranges_make_the_function_that_is_drawn() {
     let told = start(|scene| scene.appearance = Default::default());
-    let knots = |told: &Told| told.session.state().scene.appearance.transfer_function.clone();
+    let knots = |told: &Told| {
+        told.session
+            .state()
+            .scene
+            .appearance
+            .transfer_function
+            .clone()
+    };
     let (low, high) = knots(&told).range();
     // Opacities alone: the map keeps its name and its colors.
     told.command(&format!(
@@ -213,7 +244,10 @@ fn points_presets_and_ranges_make_the_function_that_is_drawn() {
         f.knots().iter().map(|k| k.extinction).collect()
     };
     assert_eq!(extinctions(&moved), extinctions(&function));
-    told.command(&format!("{{\"do\": \"unit-distance\", \"length\": {}}}", 2.0 * unit));
+    told.command(&format!(
+        "{{\"do\": \"unit-distance\", \"length\": {}}}",
+        2.0 * unit
+    ));
     let halves: Vec<f64> = extinctions(&moved).iter().map(|e| e / 2.0).collect();
     assert_eq!(extinctions(&knots(&told)), halves);
     // ParaView's preset, at its own values.
@@ -237,16 +271,26 @@ fn a_saved_view_is_restored_by_another_session() {
     told.command("{\"do\": \"orthographic\", \"on\": true}");
     let state = told.session.state();
     let saved = serde_json::to_string(&state.saved()).expect("JSON");
-    assert!(saved.len() < 20_000, "an address holds it: {} bytes", saved.len());
+    assert!(
+        saved.len() < 20_000,
+        "an address holds it: {} bytes",
+        saved.len()
+    );
     let other = start(|_| ());
     other.command(&format!("{{\"do\": \"restore\", \"saved\": {saved}}}"));
     let restored = other.session.state();
     assert_eq!(restored.scene.view, state.scene.view);
     assert_eq!(restored.scene.appearance, state.scene.appearance);
     assert_eq!(restored.algorithm.name, "reference");
-    assert_eq!(serde_json::to_string(&restored.saved()).expect("JSON"), saved);
+    assert_eq!(
+        serde_json::to_string(&restored.saved()).expect("JSON"),
+        saved
+    );
     other.command("{\"do\": \"reset\"}");
-    assert_eq!(other.session.state().scene.appearance, start(|_| ()).session.state().scene.appearance);
+    assert_eq!(
+        other.session.state().scene.appearance,
+        start(|_| ()).session.state().scene.appearance
+    );
 }
 
 #[test]
@@ -258,7 +302,8 @@ fn the_error_is_measured_and_the_difference_is_drawn() {
     // Rounding of f32 alone.
     assert!(error.upper < 1e-5 && error.sampled > 1000, "{error:?}");
     assert_eq!(estimate.version, complete.version);
-    told.ask("{\"seq\": 2, \"difference\": true}").expect("it is asked for");
+    told.ask("{\"seq\": 2, \"difference\": true}")
+        .expect("it is asked for");
     let picture = loop {
         match told.next() {
             Event::Picture(picture) if picture.kind == Kind::Difference => break picture,
@@ -285,7 +330,10 @@ fn the_command_line_draws_the_picture() {
     let command = command_line(&told.session.state());
     assert!(command.contains("--set stop-opacity=0.9"), "{command}");
     let folder = tempfile::tempdir().expect("a folder");
-    let path = std::path::Path::new(PROGRAM).parent().expect("a folder").to_owned();
+    let path = std::path::Path::new(PROGRAM)
+        .parent()
+        .expect("a folder")
+        .to_owned();
     let search = std::env::var_os("PATH").unwrap_or_default();
     let all = std::env::join_paths([path].into_iter().chain(std::env::split_paths(&search)));
     let run = std::process::Command::new("sh")
@@ -295,7 +343,11 @@ fn the_command_line_draws_the_picture() {
         .env("PATH", all.expect("paths"))
         .output()
         .expect("a shell");
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert!(
+        run.status.success(),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
     let file = std::fs::read(folder.path().join("sphere.png")).expect("it is named so");
     assert_eq!(decode(&file), decode(picture.png()));
 }
@@ -330,7 +382,10 @@ fn another_field_has_its_own_look() {
         }
     }
     let state = told.session.state();
-    assert_eq!(state.scene.appearance.transfer_function.range(), (-50.0, -20.0));
+    assert_eq!(
+        state.scene.appearance.transfer_function.range(),
+        (-50.0, -20.0)
+    );
     let saved = serde_json::to_value(state.saved()).expect("JSON");
     assert_eq!(saved["colormap"], "inferno");
     let picture = told.complete();
@@ -339,7 +394,10 @@ fn another_field_has_its_own_look() {
     told.command("{\"do\": \"field\", \"name\": \"hot\"}");
     loop {
         if let Event::Problem(problem, ..) = told.next() {
-            assert!(problem.contains("hot") && problem.contains("warm"), "{problem}");
+            assert!(
+                problem.contains("hot") && problem.contains("warm"),
+                "{problem}"
+            );
             break;
         }
     }

@@ -36,7 +36,10 @@ pub(crate) fn run(args: &ViewArgs, output: &Output) -> Result<(), Stop> {
 
     let (mut request, steps) = what(args)?;
     let source = &mut request.file.volume;
-    for file in [&mut source.file, &mut source.solution].into_iter().flatten() {
+    for file in [&mut source.file, &mut source.solution]
+        .into_iter()
+        .flatten()
+    {
         // A scene that is saved finds it from any folder.
         *file = std::path::absolute(&*file).unwrap_or_else(|_| file.clone());
     }
@@ -103,12 +106,7 @@ fn what(args: &ViewArgs) -> Result<(Request, Option<Steps>), Error> {
 }
 
 /// Prints the address, and how to reach it from elsewhere.
-fn say(
-    args: &ViewArgs,
-    server: &Server,
-    access: &Access,
-    output: &Output,
-) -> Result<(), Stop> {
+fn say(args: &ViewArgs, server: &Server, access: &Access, output: &Output) -> Result<(), Stop> {
     let url = server.url(access);
     let port = server.address().port();
     let name = host_name().unwrap_or_else(|| "HOST".into());
@@ -164,7 +162,9 @@ fn open(url: &str) {
     use std::os::unix::fs::OpenOptionsExt as _;
     use std::process::{Command, Stdio};
     let folder = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
-    let folder = folder.filter(|f| f.is_dir()).unwrap_or_else(std::env::temp_dir);
+    let folder = folder
+        .filter(|f| f.is_dir())
+        .unwrap_or_else(std::env::temp_dir);
     let path = folder.join(format!("tetrascope-view-{}.html", std::process::id()));
     let page = format!(
         "<!doctype html><meta charset=\"utf-8\"><title>Tetrascope</title>\
@@ -173,10 +173,17 @@ fn open(url: &str) {
     let mut options = std::fs::OpenOptions::new();
     let file = options.write(true).create_new(true).mode(0o600).open(&path);
     // The address is printed; a browser that does not open is no error.
-    if file.and_then(|mut file| file.write_all(page.as_bytes())).is_err() {
+    if file
+        .and_then(|mut file| file.write_all(page.as_bytes()))
+        .is_err()
+    {
         return;
     }
-    let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
+    let program = if cfg!(target_os = "macos") {
+        "open"
+    } else {
+        "xdg-open"
+    };
     let started = Command::new(program)
         .arg(&path)
         .stdin(Stdio::null())
@@ -197,7 +204,12 @@ fn open(_: &str) {}
 
 /// An address to listen at.
 pub(crate) fn address(text: &str) -> Result<IpAddr, String> {
-    let text = if text == "localhost" { "127.0.0.1" } else { text };
-    text.parse()
-        .map_err(|_| "give an address of this machine, such as 127.0.0.1, or 0.0.0.0 for all".into())
+    let text = if text == "localhost" {
+        "127.0.0.1"
+    } else {
+        text
+    };
+    text.parse().map_err(|_| {
+        "give an address of this machine, such as 127.0.0.1, or 0.0.0.0 for all".into()
+    })
 }

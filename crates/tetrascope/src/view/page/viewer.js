@@ -320,7 +320,7 @@ const picture = (() => {
   }).observe($("stage"));
 
   return {
-    take, tellSize,
+    take, tellSize, size,
     forget: () => { arrivals.length = 0; },
     header: () => header,
     moving: () => last,
@@ -1244,7 +1244,7 @@ const panels = (() => {
     const header = picture.header();
     if (!header || header.kind === "quick" || header.kind === "refining") return null;
     if (!estimate || estimate.version !== header.version) return header.kind === "complete" ? "measuring…" : null;
-    if (estimate.error) return `RMSE ${short(estimate.error.rmse)}, at 95 % ≤ ${short(estimate.error.upper)}`;
+    if (estimate.error) return `RMSE ${short(estimate.error.rmse)} (95 %: ≤ ${short(estimate.error.upper)})`;
     if (estimate.on_demand) return "not measured";
     return estimate.why ? `not measured: ${estimate.why}` : null;
   }
@@ -1255,29 +1255,27 @@ const panels = (() => {
     const { statistics } = header;
     const isCurrent = estimate?.version === header.version && estimate.error;
     rows("honesty", [
-      ["drawn by", `${header.algorithm}${header.settings ? ` · ${header.settings.replaceAll(",", ", ")}` : ""}`],
-      ["on", header.adapter ?? "CPU"],
+      ["drawn by", `${header.algorithm}, ${header.adapter ?? "CPU"}`],
       ["promise", header.algorithm === state.algorithm ? state.promise : null],
-      ["pixels", `${header.size.join("×")} of ${header.full.join("×")}`],
       ["error", errorWords()],
-      ["greatest seen", isCurrent ? `${short(estimate.error.greatest)} in ${estimate.error.sampled} pixels of the truth` : null],
+      ["greatest", isCurrent ? `${short(estimate.error.greatest)} in ${estimate.error.sampled} pixels` : null],
       ["bound", statistics.error_bound ? `≤ ${short(statistics.error_bound)}` : null],
-      ["time", `${milliseconds(header.draw_ms)} drawing, ${milliseconds(header.encode_ms)} packing ${bytes(header.bytes)}`],
+      ["time", `${milliseconds(header.draw_ms)}, packed in ${milliseconds(header.encode_ms)}`],
       ["memory", statistics.bytes_resident ? `${bytes(statistics.bytes_resident)} for the volume` : null],
-      ["knots", `${state.knots} of the transfer function`],
       ["notes", statistics.notes.join("; ")],
     ]);
     const skip = ["cpu_seconds", "gpu_seconds", "bytes_resident", "error_bound", "notes"];
     const counters = Object.entries(statistics).filter(([key, value]) => !skip.includes(key) && value !== null);
-    rows("counters", counters.map(([key, value]) => [key.replaceAll("_", " "), String(value)]));
+    const more = [["settings", header.settings.replaceAll(",", ", ")], ["size", header.size.join("×")], ["file", bytes(header.bytes)], ["knots", String(state.knots)], ["moving frames", picture.moving()?.more.why]];
+    rows("counters", [...more, ...counters.map(([key, value]) => [key.replaceAll("_", " "), String(value)])]);
     const moving = picture.moving();
     const latency = picture.latency();
     const rate = picture.rate();
     rows("moving", [
-      ["drawn by", moving ? `${moving.algorithm}: ${moving.more.why}` : null],
-      ["pixels", moving ? moving.size.join("×") : null],
-      ["time", moving ? `${milliseconds(moving.draw_ms)} drawing, ${milliseconds(moving.encode_ms)} packing` : null],
-      ["latency", latency === null ? null : `${milliseconds(latency)} from input to picture, the middle of ${picture.latencies.length}`],
+      ["drawn by", moving ? moving.algorithm : null],
+      ["pixels", moving ? `${moving.size.join("×")} of ${moving.full.join("×")}` : null],
+      ["time", moving ? `${milliseconds(moving.draw_ms)}, packed in ${milliseconds(moving.encode_ms)}` : null],
+      ["latency", latency === null ? null : `${milliseconds(latency)}, median of ${picture.latencies.length}`],
       ["rate", rate === null ? null : `${rate.toFixed(0)} pictures in a second`],
     ]);
     $("measure").hidden = !(estimate?.version === header.version && estimate.on_demand);
