@@ -126,8 +126,10 @@ fn a_page_is_turned_edited_reloaded_and_outlives_its_server() {
 
     // Keys turn it, too.
     tab.value("document.getElementById('picture').focus()");
+    let before = tab.value("state.version");
     tab.key("ArrowLeft");
-    tab.until("camera.isHeld()");
+    // The full state comes once the hand rests.
+    tab.until(&format!("state.version > {before}"));
     let keyed = check(&mut tab, &viewer, "by a key");
     assert!(keyed != turned);
 
