@@ -123,8 +123,16 @@ const SERVER: [&str; 4] = ["axum", "hyper", "tokio", "tungstenite"];
 fn who_does_not_want_the_viewer_compiles_no_server() {
     let default = listed(&["--package", "tetrascope"]);
     assert!(SERVER.iter().all(|name| has(&default, name)), "{default:?}");
-    for features in ["cli", "cli,projection,raycast-peel,resample,slicing,voxel-hw"] {
-        let arguments = ["--package", "tetrascope", "--no-default-features", "--features"];
+    for features in [
+        "cli",
+        "cli,projection,raycast-peel,resample,slicing,voxel-hw",
+    ] {
+        let arguments = [
+            "--package",
+            "tetrascope",
+            "--no-default-features",
+            "--features",
+        ];
         let compiled = listed(&[&arguments[..], &[features]].concat());
         assert!(has(&compiled, "clap"), "{compiled:?}");
         let found: Vec<_> = SERVER.iter().filter(|name| has(&compiled, name)).collect();
