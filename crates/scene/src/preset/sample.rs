@@ -15,13 +15,16 @@ use super::{ColorPoint, ColorSpace, OpacityPoint, Preset, opacity, wrong};
 const TOLERANCE: f64 = 0.5 / 255.0;
 
 /// The most samples of a stretch between two points.
-const FINEST: usize = 64;
+const FINEST: usize = 128;
 
 /// The least.
 const COARSEST: usize = 8;
 
 /// About how many samples all stretches have.
-const SAMPLES: usize = 16_384;
+const SAMPLES: usize = 32_768;
+
+/// Rounding, and what [`HAIR`] makes of a steep curve: no step.
+const SAME: f64 = 1e-5;
 
 /// A part of a stretch in which nothing changes that could be seen.
 const HAIR: f64 = 1e-9;
@@ -81,16 +84,24 @@ impl Preset {
         }
         let places = self.places();
         let count = (SAMPLES / places.len()).clamp(COARSEST, FINEST);
-        let mut kept: Vec<Sample> = Vec::new();
+        // Where stretches meet without a step, they are one.
+        let mut runs: Vec<Vec<Sample>> = Vec::new();
         for ends in places.windows(2) {
             let samples = self.stretch([ends[0], ends[1]], count);
-            let on_line = Sample::on_line;
-            for index in needed(&samples, |a, b, x| on_line(a, b, x.scalar).difference(x)) {
-                // Where stretches meet without a step, one is enough.
-                if kept.last() != Some(&samples[index]) {
-                    kept.push(samples[index]);
-                }
+            let last = runs.last().and_then(|run| run.last());
+            match last.is_some_and(|last| last.difference(&samples[0]) < SAME) {
+                true => runs
+                    .last_mut()
+                    .expect("it has a last")
+                    .extend(&samples[1..]),
+                false => runs.push(samples),
             }
+        }
+        let mut kept: Vec<Sample> = Vec::new();
+        for run in &runs {
+            let off =
+                |a: &Sample, b: &Sample, x: &Sample| Sample::on_line(a, b, x.scalar).difference(x);
+            kept.extend(needed(run, off).into_iter().map(|index| run[index]));
         }
         if kept.is_empty() {
             // One scalar alone: constant everywhere.
@@ -166,8 +177,8 @@ impl Preset {
     /// The scalars at which something begins or ends, each once, by increasing scalar.
     fn places(&self) -> Vec<f64> {
         let steps = self.opacities.windows(2).filter_map(|pair| {
-            let is_step = pair[0].sharpness > opacity::STEP;
-            let bends = is_step || (pair[0].sharpness < opacity::LINEAR && pair[0].midpoint != 0.5);
+            // A bend, the steepest place, or a step.
+            let bends = pair[0].sharpness >= opacity::LINEAR || pair[0].midpoint != 0.5;
             let s = opacity::midpoint(&pair[0]);
             bends.then(|| pair[0].scalar * (1.0 - s) + pair[1].scalar * s)
         });
@@ -330,7 +341,7 @@ mod tests {
                         color: color.to_array().map(linear_to_srgb),
                         opacity: -(-extinction * unit).exp_m1(),
                     };
-                    // Between samples, 64 of a stretch, curves leave their chords by as much again.
+                    // Between samples, 128 of a stretch, curves leave their chords by as much again.
                     let off = shown.difference(&meant(&preset, scalar));
                     assert!(off < 2.0 * TOLERANCE, "{space:?} at {scalar}: {off}");
                 }
