@@ -117,6 +117,30 @@ fn what_draws_compiles_neither_toml_nor_json() {
     assert!(TEXT.iter().all(|name| has(&scene, name)), "{scene:?}");
 }
 
+/// The packages of a server.
+const SERVER: [&str; 4] = ["axum", "hyper", "tokio", "tungstenite"];
+
+#[test]
+fn who_does_not_want_the_viewer_compiles_no_server() {
+    let default = listed(&["--package", "tetrascope"]);
+    assert!(SERVER.iter().all(|name| has(&default, name)), "{default:?}");
+    for features in [
+        "cli",
+        "cli,projection,raycast-peel,resample,slicing,voxel-hw",
+    ] {
+        let arguments = [
+            "--package",
+            "tetrascope",
+            "--no-default-features",
+            "--features",
+        ];
+        let compiled = listed(&[&arguments[..], &[features]].concat());
+        assert!(has(&compiled, "clap"), "{compiled:?}");
+        let found: Vec<_> = SERVER.iter().filter(|name| has(&compiled, name)).collect();
+        assert!(found.is_empty(), "{features} compiles {found:?}");
+    }
+}
+
 fn has(packages: &[String], name: &str) -> bool {
     packages.iter().any(|package| package == name)
 }
@@ -147,15 +171,13 @@ fn dependencies() -> Vec<(String, String, String)> {
 /// Every package that is compiled for `package` on this machine, tests apart.
 fn compiled(package: &str) -> Vec<String> {
     let package = format!("tetrascope-{package}");
-    let tree = cargo(&[
-        "tree",
-        "--package",
-        &package,
-        "--edges",
-        "normal",
-        "--prefix",
-        "none",
-    ]);
+    listed(&["--package", &package])
+}
+
+/// Every package that is compiled for what `arguments` choose, tests apart.
+fn listed(arguments: &[&str]) -> Vec<String> {
+    let tree = ["tree", "--edges", "normal", "--prefix", "none"];
+    let tree = cargo(&[&tree, arguments].concat());
     let names = tree.lines().filter_map(|line| line.split(' ').next());
     names.map(String::from).collect()
 }

@@ -131,6 +131,9 @@ pub enum Error {
         /// The driver's words.
         reason: String,
     },
+    /// A frame was given up, as [`Stop`](crate::Stop) asked.
+    #[error("stopped before the picture was complete")]
+    Stopped,
 }
 
 impl Error {
@@ -166,7 +169,8 @@ impl Error {
             Error::NoSuchField { .. }
             | Error::Unknown { .. }
             | Error::Io { .. }
-            | Error::Device { .. } => None,
+            | Error::Device { .. }
+            | Error::Stopped => None,
         }
     }
 
@@ -185,7 +189,7 @@ impl Error {
             Error::NoAdapter { .. } | Error::TooLarge { .. } | Error::OutOfMemory { .. } => {
                 ErrorKind::Gpu
             }
-            Error::NoMemory { .. } | Error::Device { .. } => ErrorKind::Failure,
+            Error::NoMemory { .. } | Error::Device { .. } | Error::Stopped => ErrorKind::Failure,
         }
     }
 }

@@ -34,7 +34,7 @@ use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 use tetrascope_core::glam::DMat3;
 use tetrascope_core::grid::coverage::fades;
-use tetrascope_core::{Appearance, Error, Frame, FrameStats, Grid, OpticalModel, View};
+use tetrascope_core::{Appearance, Error, Frame, FrameStats, Grid, OpticalModel, Stop, View};
 
 use crate::counters;
 use crate::options::RaycastCpuOptions;
@@ -115,7 +115,12 @@ impl Caster {
     }
 
     /// Draws a valid view; each ray ends where `ends` says, world units, one per pixel.
-    pub(crate) fn draw(&self, view: &View, ends: Option<&[f64]>) -> Result<Frame, Error> {
+    pub(crate) fn draw(
+        &self,
+        view: &View,
+        ends: Option<&[f64]>,
+        stop: &Stop,
+    ) -> Result<Frame, Error> {
         self.check_eye(view)?;
         let grid = &self.field.grid;
         let model = self.appearance.optical_model;
@@ -137,15 +142,16 @@ impl Caster {
         let [columns, rows] = [view.width, view.height].map(|side| side.div_ceil(TILE));
         let visits = AtomicU64::new(0);
         let skipped = AtomicU64::new(0);
-        let tiles: Vec<Vec<Pixel>> = (0..columns * rows)
+        let tiles = (0..columns * rows)
             .into_par_iter()
             .map(|tile| {
+                stop.check()?;
                 let (pixels, work) = scene.tile(view, [tile % columns, tile / columns]);
                 visits.fetch_add(work.visits, Ordering::Relaxed);
                 skipped.fetch_add(work.skipped, Ordering::Relaxed);
-                pixels
+                Ok(pixels)
             })
-            .collect();
+            .collect::<Result<Vec<Vec<Pixel>>, Error>>()?;
         let count = view.width as usize * view.height as usize;
         let mut pixels = vec![[0.0; 4]; count];
         let mut depths = vec![0.0; count];

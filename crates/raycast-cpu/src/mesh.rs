@@ -25,7 +25,9 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::optics::over;
-use tetrascope_core::{Appearance, DirectionalLight, Error, Frame, FrameStats, TetMesh, View};
+use tetrascope_core::{
+    Appearance, DirectionalLight, Error, Frame, FrameStats, Stop, TetMesh, View,
+};
 use tetrascope_f32::{Domain, Rays, ScalarMap};
 
 use crate::counters::{CELL_VISITS, LOST_RAYS, PATHS, UNPAIRED_FACES};
@@ -99,7 +101,12 @@ impl Caster {
     }
 
     /// Draws a valid view; each ray ends where `ends` says, world units, one per pixel.
-    pub(crate) fn draw(&self, view: &View, ends: Option<&[f64]>) -> Result<Frame, Error> {
+    pub(crate) fn draw(
+        &self,
+        view: &View,
+        ends: Option<&[f64]>,
+        stop: &Stop,
+    ) -> Result<Frame, Error> {
         let Caster { mesh, style, .. } = self;
         let appearance = &style.appearance;
         let background = view.premultiplied_background();
@@ -111,7 +118,7 @@ impl Caster {
         stats.bytes_resident = mesh.bytes();
         stats.bytes_per_cell = Some(mesh.bytes() as f64 / mesh.cell_count.max(1) as f64);
         let mut counts = Counts::default();
-        for block in self.blocks(view, ends, false)? {
+        for block in self.blocks(view, ends, false, stop)? {
             block.put(&block.pixels, size[0], |at, (_, pixel, depth)| {
                 pixels[at] = *pixel;
                 depths[at] = *depth;
@@ -126,9 +133,9 @@ impl Caster {
     }
 
     /// The paths of a valid view, each by itself.
-    pub(crate) fn segments(&self, view: &View) -> Result<PathSegments, Error> {
+    pub(crate) fn segments(&self, view: &View, stop: &Stop) -> Result<PathSegments, Error> {
         let mut segments = Vec::new();
-        for block in self.blocks(view, None, true)? {
+        for block in self.blocks(view, None, true, stop)? {
             block.put(&block.segments, view.width as usize, |at, (_, segment)| {
                 segments.push((at as u32, *segment));
             });
@@ -143,6 +150,7 @@ impl Caster {
         view: &View,
         ends: Option<&[f64]>,
         by_path: bool,
+        stop: &Stop,
     ) -> Result<Vec<Block>, Error> {
         let Caster { mesh, style, .. } = self;
         if style.is_transparent {
@@ -165,10 +173,11 @@ impl Caster {
             by_path,
         };
         let cast = |workspace: &mut Workspace, index| {
-            Block::cast(&frame, &bins, index, self.level, workspace)
+            stop.check()?;
+            Ok(Block::cast(&frame, &bins, index, self.level, workspace))
         };
         let blocks = (0..bins.count()).into_par_iter();
-        Ok(blocks.map_init(Workspace::default, cast).collect())
+        blocks.map_init(Workspace::default, cast).collect()
     }
 }
 

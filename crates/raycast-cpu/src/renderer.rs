@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use tetrascope_core::{
-    Appearance, Bounds, Error, Frame, OpticalModel, View, Volume, VolumeRenderer,
+    Appearance, Bounds, Error, Frame, OpticalModel, Stop, View, Volume, VolumeRenderer,
 };
 
 use crate::entry::supports;
@@ -20,6 +20,7 @@ pub struct RaycastCpu {
     appearance: Appearance,
     options: RaycastCpuOptions,
     pool: Option<Arc<rayon::ThreadPool>>,
+    stop: Stop,
 }
 
 /// The body that rays are cast through.
@@ -66,7 +67,13 @@ impl RaycastCpu {
             appearance: appearance.clone(),
             options: options.clone(),
             pool,
+            stop: Stop::new(),
         })
+    }
+
+    /// The same; frames end early with [`Error::Stopped`] where `stop` asks for it.
+    pub fn with_stop(self, stop: Stop) -> RaycastCpu {
+        RaycastCpu { stop, ..self }
     }
 
     /// Draws what is before opaque things: each ray ends where `ends` says, world units from
@@ -87,7 +94,7 @@ impl RaycastCpu {
     pub fn segments(&self, view: &View) -> Result<PathSegments, Error> {
         view.validate()?;
         match &self.body {
-            Body::Mesh(caster) => in_pool(&self.pool, || caster.segments(view)),
+            Body::Mesh(caster) => in_pool(&self.pool, || caster.segments(view, &self.stop)),
             Body::Grid(_) => Err(Error::Unsupported {
                 renderer: NAME,
                 what: "paths through a grid".into(),
@@ -107,8 +114,8 @@ impl RaycastCpu {
         }
         view.check_memory(BYTES_PER_PIXEL)?;
         let mut frame = in_pool(&self.pool, || match &self.body {
-            Body::Mesh(caster) => caster.draw(view, ends),
-            Body::Grid(caster) => caster.draw(view, ends),
+            Body::Mesh(caster) => caster.draw(view, ends, &self.stop),
+            Body::Grid(caster) => caster.draw(view, ends, &self.stop),
         })?;
         if self.appearance.optical_model != OpticalModel::Isosurfaces {
             frame.depths = None;
@@ -186,6 +193,29 @@ mod tests {
     use tetrascope_testing::{data_set, fitted, grid, ramp, surfaces};
 
     use super::*;
+
+    #[test]
+    fn a_frame_stops_when_asked_and_the_next_is_whole() {
+        let mesh = Volume::Mesh(data_set("sphere", Some(600)));
+        let place = tetrascope_testing::Place::unit(8);
+        let grid = Volume::Grid(grid(&place, |p| p.x + p.y * p.z));
+        for volume in [mesh, grid] {
+            let stop = Stop::new();
+            let options = RaycastCpuOptions::default();
+            let rays = RaycastCpu::new(&volume, &ramp(&volume), &options).expect("a volume");
+            let rays = rays.with_stop(stop.clone());
+            let view = fitted(&volume, CameraFit::PlusIso, false, 48);
+            let whole = rays.render(&view).expect("a frame");
+            stop.set();
+            assert!(matches!(rays.render(&view), Err(Error::Stopped)));
+            if matches!(volume, Volume::Mesh(_)) {
+                assert!(matches!(rays.segments(&view), Err(Error::Stopped)));
+            }
+            stop.clear();
+            let again = rays.render(&view).expect("a frame");
+            assert_eq!(again.pixels, whole.pixels);
+        }
+    }
 
     /// The instructions that every processor of its kind has draw the same as those that this one has: vectors of other
     /// widths, and without fused products.

@@ -91,8 +91,8 @@ use std::time::Instant;
 use rayon::prelude::*;
 use tetrascope_core::scalar_units::Floats;
 use tetrascope_core::{
-    Abilities, Appearance, Entry, Error, Frame, OpticalModel, Promise, ScalarUnits, TetMesh, View,
-    Volume, VolumeRenderer,
+    Abilities, Appearance, Entry, Error, Frame, OpticalModel, Promise, ScalarUnits, Stop, TetMesh,
+    View, Volume, VolumeRenderer,
 };
 
 pub use image::ReferenceImage;
@@ -149,6 +149,7 @@ pub struct Reference {
     /// The same in the body's units, which a reload may change.
     look: Appearance,
     pool: Option<Arc<rayon::ThreadPool>>,
+    stop: Stop,
     bvh_builds: u64,
 }
 
@@ -197,8 +198,14 @@ impl Reference {
             body,
             appearance: appearance.clone(),
             pool,
+            stop: Stop::new(),
             bvh_builds,
         })
+    }
+
+    /// The same; pictures end early with [`Error::Stopped`] where `stop` asks for it.
+    pub fn with_stop(self, stop: Stop) -> Reference {
+        Reference { stop, ..self }
     }
 
     /// Draws a view in f64.
@@ -262,7 +269,9 @@ impl Reference {
         let has_depths = self.look.optical_model == OpticalModel::Isosurfaces;
         let mut image = ReferenceImage::new(view, has_depths);
         let put = |part: &image::Part| image.add(part);
-        self.with_tiles(view, &end_of, |draw| in_tiles(view, on_progress, draw, put))?;
+        self.with_tiles(view, &end_of, |draw| {
+            in_tiles(view, (on_progress, &self.stop), draw, put)
+        })??;
         image.bytes_resident = self.bytes_resident();
         image.seconds = start.elapsed().as_secs_f64();
         Ok(image)
@@ -412,26 +421,29 @@ type DrawTile<'a> =
 /// Draws the tiles of an image, on all threads; `put` gets the parts in order.
 fn in_tiles(
     view: &View,
-    on_progress: &(dyn Fn(f64) + Sync),
+    (on_progress, stop): (&(dyn Fn(f64) + Sync), &Stop),
     draw: &DrawTile,
     mut put: impl FnMut(&image::Part),
-) {
+) -> Result<(), Error> {
     let side = SIDE as u32;
     let across = view.width.div_ceil(side);
     let tiles = across * view.height.div_ceil(side);
     let done = AtomicUsize::new(0);
     let draw = |workspace: &mut Workspace, tile: u32| {
+        stop.check()?;
         let (column, row) = (tile % across * side, tile / across * side);
         let columns = column..view.width.min(column + side);
         let rows = row..view.height.min(row + side);
         let pixels = draw(columns.clone(), rows.clone(), workspace);
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         on_progress(done as f64 / f64::from(tiles));
-        image::Part::new(columns, rows, pixels)
+        Ok(image::Part::new(columns, rows, pixels))
     };
     for first in (0..tiles).step_by(BAND as usize) {
         let band = (first..tiles.min(first + BAND)).into_par_iter();
-        let parts: Vec<_> = band.map_init(Workspace::default, draw).collect();
+        let parts = band.map_init(Workspace::default, draw);
+        let parts = parts.collect::<Result<Vec<_>, Error>>()?;
         parts.iter().for_each(&mut put);
     }
+    Ok(())
 }

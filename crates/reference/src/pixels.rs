@@ -38,15 +38,16 @@ impl Reference {
                 "column {column}, row {row} of a picture of {width}x{height} pixels"
             )));
         }
-        let drawn: Vec<_> = self.in_pool(|| {
+        let drawn = self.in_pool(|| {
             self.with_tiles(view, &|_, _| f64::INFINITY, |draw| {
                 let drawn = pixels.par_iter();
                 let drawn = drawn.map_init(Workspace::default, |workspace, &[column, row]| {
-                    draw(column..column + 1, row..row + 1, workspace).swap_remove(0)
+                    self.stop.check()?;
+                    Ok(draw(column..column + 1, row..row + 1, workspace).swap_remove(0))
                 });
-                drawn.collect()
+                drawn.collect::<Result<Vec<_>, Error>>()
             })
-        })?;
+        })??;
         Ok(ReferencePixels {
             pixels: drawn.iter().map(|(outcome, _)| outcome.pixel).collect(),
             error_bound: drawn.iter().map(|(outcome, _)| outcome.error).collect(),
@@ -121,6 +122,24 @@ mod tests {
                 },
             );
         }
+    }
+
+    #[test]
+    fn a_picture_stops_when_asked_and_the_next_is_whole() {
+        let volume = Volume::Mesh(data_set("sphere", Some(600)));
+        let options = ReferenceOptions::default();
+        let reference = Reference::new(&volume, &ramp(&volume), &options).expect("it draws");
+        let stop = tetrascope_core::Stop::new();
+        let reference = reference.with_stop(stop.clone());
+        let [view, ..] = outside_and_inside(&volume, 32);
+        let whole = reference.render_exact(&view).expect("it draws");
+        stop.set();
+        assert!(matches!(reference.render_exact(&view), Err(Error::Stopped)));
+        let pixels = reference.render_pixels(&view, &[[0, 0]]);
+        assert!(matches!(pixels, Err(Error::Stopped)));
+        stop.clear();
+        let again = reference.render_exact(&view).expect("it draws");
+        assert_eq!(again.pixels, whole.pixels);
     }
 
     #[test]

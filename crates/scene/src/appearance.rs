@@ -14,7 +14,7 @@ use crate::subject::Subject;
 
 /// Knots in a transfer function made from a color map: between them the sampled
 /// extinction −ln(1 − α)/D is within 2 % of its curve up to α = 0.95.
-const COLORMAP_KNOTS: usize = 33;
+pub(crate) const COLORMAP_KNOTS: usize = 33;
 
 /// Appearance as written: `transfer_function`, or a color map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

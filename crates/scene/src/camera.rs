@@ -136,7 +136,7 @@ impl CameraSpec {
     }
 
     /// The camera with nothing left out.
-    pub(crate) fn of(camera: &Camera) -> CameraSpec {
+    pub fn of(camera: &Camera) -> CameraSpec {
         let (projection, view_angle, parallel_scale) = match camera.projection {
             Projection::Perspective { view_angle } => {
                 (ProjectionKind::Perspective, Some(view_angle), None)

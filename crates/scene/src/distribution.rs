@@ -198,6 +198,16 @@ impl Distribution {
         }
     }
 
+    /// Values by increasing order, with how often each occurs.
+    pub(crate) fn counts(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.shares.iter().map(|share| (share.value, share.count))
+    }
+
+    /// Whether all values were looked at.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.complete
+    }
+
     /// How many distinct values are kept.
     #[cfg(test)]
     pub(crate) fn len(&self) -> usize {

@@ -7,7 +7,8 @@
 //! Reading order: `file` reads and parses; `source`, `camera` and `appearance` are the
 //! parts of a scene as written; `complete` fills in what they leave out, by `defaults`,
 //! which looks at how the field's values are spread (`distribution`). Defaults ask a `subject`,
-//! which is a volume or a [`Survey`] of several.
+//! which is a volume or a [`Survey`] of several. `preset` has transfer functions as people edit them
+//! and as ParaView keeps them, `values` the histogram beside which they do.
 //!
 //! ```
 //! use tetrascope_core::glam::DVec3;
@@ -37,9 +38,11 @@ mod defaults;
 mod distribution;
 mod file;
 mod nearest;
+mod preset;
 mod source;
 mod subject;
 mod survey;
+mod values;
 
 pub use appearance::{AppearanceSpec, IsosurfaceSpec};
 pub use camera::{CameraSpec, ProjectionKind};
@@ -47,5 +50,7 @@ pub use complete::Scene;
 pub use defaults::{default_side, default_unit_distance};
 pub use file::{ImageSpec, MAX_SCENE_BYTES, SCENE_VERSION, SceneFile};
 pub use nearest::nearest;
+pub use preset::{ColorPoint, ColorSpace, MAX_PRESET_POINTS, OpacityPoint, Preset, ReadPreset};
 pub use source::VolumeSource;
 pub use survey::Survey;
+pub use values::FieldValues;

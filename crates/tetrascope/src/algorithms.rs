@@ -15,6 +15,7 @@ use crate::{Context, Renderer};
 mod reference;
 
 /// An algorithm: what it says about itself, and how to build it.
+#[derive(Debug)]
 pub struct Algorithm {
     /// The description that its crate brings.
     pub entry: Entry,
@@ -59,9 +60,10 @@ const ALL: &[Algorithm] = &[
     Algorithm {
         entry: tetrascope_raycast_cpu::ENTRY,
         needs_gpu: false,
-        build: |_, volume, appearance, settings| {
+        build: |context, volume, appearance, settings| {
             let options = tetrascope_raycast_cpu::RaycastCpuOptions::from_settings(settings);
             let renderer = tetrascope_raycast_cpu::RaycastCpu::new(volume, appearance, &options)?;
+            let renderer = renderer.with_stop(context.stop().clone());
             Ok(Renderer::Cpu(Box::new(renderer)))
         },
     },

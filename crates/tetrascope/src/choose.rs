@@ -375,6 +375,39 @@ impl<'a> Chooser<'a> {
         Ok(considered.collect())
     }
 
+    /// As [`Chooser::considered`], but nothing is measured for it: empty where nothing was before
+    /// of this optical model and kind of volume. `reference` draws the volume in this look.
+    ///
+    /// # Errors
+    /// Those of [`Reference::render_pixels`].
+    pub fn expected_if_measured(
+        &mut self,
+        reference: &Reference,
+        volume: &Volume,
+        appearance: &Appearance,
+        view: &View,
+    ) -> Result<Vec<Considered>, Error> {
+        let (model, effort) = (appearance.optical_model, self.effort);
+        if self.kept(model, Kind::of(volume)).is_none() {
+            return Ok(Vec::new());
+        }
+        let sample = Sample::new(reference, volume, appearance, view)?;
+        let Some(calibration) = self.kept(model, Kind::of(volume)) else {
+            return Ok(Vec::new());
+        };
+        let considered = candidates(model, effort).into_iter().filter_map(|setup| {
+            let supports = setup.algorithm.supports;
+            supports(volume, appearance, view, &setup.settings).ok()?;
+            Some(Considered {
+                name: setup.name(),
+                expected: calibration.expect(&setup, &sample.features)?,
+                algorithm: setup.algorithm,
+                settings: setup.settings,
+            })
+        });
+        Ok(considered.collect())
+    }
+
     /// The truth of a scene, and what draws it, with what is expected.
     fn options(
         &mut self,
@@ -382,10 +415,7 @@ impl<'a> Chooser<'a> {
         appearance: &Appearance,
         view: &View,
     ) -> Result<(Sample, Vec<(Setup, Expected)>), Error> {
-        let kind = match volume {
-            Volume::Grid(_) => Kind::Grid,
-            _ => Kind::Mesh,
-        };
+        let kind = Kind::of(volume);
         let reference = Reference::new(volume, appearance, &ReferenceOptions::default())?;
         let sample = Sample::new(&reference, volume, appearance, view)?;
         drop(reference);
@@ -403,10 +433,28 @@ impl<'a> Chooser<'a> {
 
     /// The measurements of an optical model and a kind of volume; makes them if there are none.
     fn calibration(&mut self, model: OpticalModel, kind: Kind) -> Result<&Calibration, Error> {
+        // Borrowed anew, as what is made is kept beside it.
+        if self.kept(model, kind).is_some() {
+            return Ok(self.kept(model, kind).expect("it is kept"));
+        }
         let machine = Machine::of(self.context);
+        let (context, effort) = (self.context, self.effort);
+        let made = Calibration::measure(context, model, kind, effort, &self.say)?;
+        let known = self.known.get_or_insert_default();
+        known.push(made);
+        if let Some(folder) = &self.folder
+            && let Err(why) = cache::write(folder, &machine, known)
+        {
+            (self.say)(&format!("what was measured cannot be kept: {why}"));
+        }
+        Ok(&known[known.len() - 1])
+    }
+
+    /// What was measured before; reads the file at the first call.
+    fn kept(&mut self, model: OpticalModel, kind: Kind) -> Option<&Calibration> {
         if self.known.is_none() {
             let read = match &self.folder {
-                Some(folder) => cache::read(folder, &machine),
+                Some(folder) => cache::read(folder, &Machine::of(self.context)),
                 None => Ok(Vec::new()),
             };
             self.known = Some(read.unwrap_or_else(|why| {
@@ -416,20 +464,9 @@ impl<'a> Chooser<'a> {
                 Vec::new()
             }));
         }
-        let known = self.known.get_or_insert_default();
-        let same = |c: &Calibration| (c.model, c.kind, c.effort) == (model, kind, self.effort);
-        if let Some(index) = known.iter().position(same) {
-            return Ok(&known[index]);
-        }
-        let (context, effort) = (self.context, self.effort);
-        let made = Calibration::measure(context, model, kind, effort, &self.say)?;
-        known.push(made);
-        if let Some(folder) = &self.folder
-            && let Err(why) = cache::write(folder, &machine, known)
-        {
-            (self.say)(&format!("what was measured cannot be kept: {why}"));
-        }
-        Ok(&known[known.len() - 1])
+        let effort = self.effort;
+        let same = |c: &&Calibration| (c.model, c.kind, c.effort) == (model, kind, effort);
+        self.known.iter().flatten().find(same)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The context in which algorithms are built: the graphics device, and whom to tell of progress.
+//! The context in which algorithms are built: the graphics device, whom to tell of progress, who may stop.
 
 use std::sync::Arc;
 #[cfg(feature = "gpu")]
@@ -6,18 +6,20 @@ use std::sync::OnceLock;
 
 #[cfg(feature = "gpu")]
 use tetrascope_core::Error;
+use tetrascope_core::Stop;
 #[cfg(feature = "gpu")]
 use tetrascope_gpu::{Gpu, GpuOptions};
 
 /// Is told which share of a frame is done, increasing to 1, from any thread.
 pub type Progress = Arc<dyn Fn(f64) + Send + Sync>;
 
-/// Things that algorithms share: the graphics device, made when first needed.
-#[derive(Default)]
+/// Things that algorithms share: the graphics device, made when first needed. Clones share it, too.
+#[derive(Clone, Default)]
 pub struct Context {
     progress: Option<Progress>,
+    stop: Stop,
     #[cfg(feature = "gpu")]
-    gpu: OnceLock<Gpu>,
+    gpu: Arc<OnceLock<Gpu>>,
 }
 
 impl Context {
@@ -32,11 +34,22 @@ impl Context {
         self
     }
 
+    /// The same context; frames of algorithms that draw on the CPU end early where `stop` asks.
+    pub fn with_stop(mut self, stop: Stop) -> Context {
+        self.stop = stop;
+        self
+    }
+
     /// The same context with an application's device, on which algorithms then draw.
     #[cfg(feature = "gpu")]
     pub fn with_gpu(mut self, gpu: Gpu) -> Context {
-        self.gpu = gpu.into();
+        self.gpu = Arc::new(gpu.into());
         self
+    }
+
+    /// The request that algorithms on the CPU look at while they draw.
+    pub fn stop(&self) -> &Stop {
+        &self.stop
     }
 
     /// Whom to tell of progress.

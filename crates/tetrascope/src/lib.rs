@@ -32,7 +32,7 @@
 //! # Features
 //! One a renderer: `reference` and `raycast-cpu` (CPU), `projection`, `raycast-peel`, `resample`,
 //! `slicing` and `voxel-hw` (GPU); `choose` picks among those that are compiled in; `cli` is the
-//! program. Without them this crate reads and describes volumes and draws none.
+//! program and `view` its viewer in the browser. Without them this crate reads and describes volumes and draws none.
 
 pub use tetrascope_core as core;
 pub use tetrascope_datasets as datasets;
@@ -66,6 +66,8 @@ mod renderer;
 pub mod resampling;
 #[cfg(feature = "signals")]
 pub mod signals;
+#[cfg(feature = "view")]
+pub mod view;
 pub mod volumes;
 
 pub use algorithms::{Algorithm, algorithm, algorithms, truth};

@@ -11,6 +11,7 @@ pub(super) const ALGORITHM: Algorithm = Algorithm {
     needs_gpu: false,
     build: |context, volume, appearance, _| {
         let reference = Reference::new(volume, appearance, &ReferenceOptions::default())?;
+        let reference = reference.with_stop(context.stop().clone());
         Ok(Renderer::Cpu(match context.progress() {
             Some(progress) => Box::new(Telling {
                 reference,

@@ -49,6 +49,16 @@ pub(crate) enum Kind {
     Grid,
 }
 
+impl Kind {
+    /// The kind of a volume.
+    pub(crate) fn of(volume: &Volume) -> Kind {
+        match volume {
+            Volume::Grid(_) => Kind::Grid,
+            _ => Kind::Mesh,
+        }
+    }
+}
+
 /// The measurements for one optical model and kind of volume.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Calibration {

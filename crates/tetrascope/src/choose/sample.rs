@@ -46,6 +46,21 @@ impl SampledError {
 }
 
 impl SampledError {
+    /// The error of a picture of a view, by some 2000 rays of the truth, which draws the volume in
+    /// this look.
+    ///
+    /// # Errors
+    /// Those of [`Reference::render_pixels`].
+    pub fn of(
+        reference: &Reference,
+        volume: &Volume,
+        appearance: &Appearance,
+        view: &View,
+        frame: &Frame,
+    ) -> Result<SampledError, Error> {
+        Ok(Sample::new(reference, volume, appearance, view)?.error(frame))
+    }
+
     /// The same, and how far the whole picture is from one that is `exact`: what is wrong in few
     /// pixels escapes a sample, and not this.
     pub(crate) fn beside(self, difference: f64, exact: &SampledError) -> SampledError {

@@ -45,6 +45,7 @@ Examples:
   tetrascope render mesh.vtu --error 1e-3
   tetrascope render mesh.vtu --budget 16ms --memory 2GB
   tetrascope render 'step_*.vtu' -o frame_%04d.png
+  tetrascope view mesh.vtu
   tetrascope convert mesh.msh -o mesh.vtu
   tetrascope resample mesh.vtu --dims 256 --all-fields -o grid.vti
   tetrascope voxelize mesh.vtu --dims 128 --samples 3 -o grid.vti
@@ -86,6 +87,9 @@ pub(crate) struct Global {
 pub(crate) enum Command {
     /// Draw a mesh, a grid, a data set or a scene and write the picture
     Render(RenderArgs),
+    /// Show a mesh, a grid, a data set or a scene in the browser: turn it, edit colors, save pictures
+    #[cfg(feature = "view")]
+    View(ViewArgs),
     /// Describe a mesh or a grid: cells, fields, bounds, problems
     Info(InfoArgs),
     /// Write a mesh as .vtu or a grid as .vti, which VTK, ParaView and meshio read
@@ -138,6 +142,35 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
 }
+
+#[cfg(feature = "view")]
+#[derive(Args)]
+pub(crate) struct ViewArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// The algorithm that draws complete pictures; `tetrascope algorithms` lists them
+    #[arg(short, long, value_name = "NAME", default_value = tetrascope::raycast_cpu::NAME)]
+    pub(crate) algorithm: String,
+    /// A quality setting of the algorithm; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) settings: Vec<String>,
+    /// The port of the page's address; 0 is any that is free
+    #[arg(long, value_name = "PORT", default_value_t = 0, help_heading = PAGE)]
+    pub(crate) port: u16,
+    /// The address to listen at: others than this machine's own let other machines in
+    #[arg(long, value_name = "ADDRESS", value_parser = crate::view::address, default_value = "127.0.0.1", help_heading = PAGE)]
+    pub(crate) host: std::net::IpAddr,
+    /// Print the page's address and open no browser
+    #[arg(long, help_heading = PAGE)]
+    pub(crate) no_open: bool,
+    /// CPU threads [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+/// The heading of options for the viewer's page.
+#[cfg(feature = "view")]
+const PAGE: &str = "Page";
 
 /// Which frames of a series, and what they share.
 #[derive(Args)]

@@ -1,6 +1,6 @@
 //! The command line of Tetrascope.
 //!
-//! [`args`] says what can be typed; one module each runs `render`, `info`,
+//! [`args`] says what can be typed; one module each runs `render`, `view`, `info`,
 //! `convert` and the lists; [`scene`] makes a scene from options; [`series`] draws several files as `render` does one;
 //! [`output`] is all that is printed:
 //! results on stdout, everything else on stderr.
@@ -21,6 +21,8 @@ mod scene;
 mod series;
 #[cfg(feature = "resample")]
 mod slice;
+#[cfg(feature = "view")]
+mod view;
 #[cfg(feature = "voxel-hw")]
 mod voxelize;
 
@@ -51,6 +53,8 @@ fn main() -> ExitCode {
     log(cli.global.verbose, output.color());
     let done = match &cli.command {
         Command::Render(args) => render::run(args, &output),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(args, &output),
         Command::Info(args) => info::run(args, &output),
         Command::Convert(args) => convert::run(args, &output),
         #[cfg(feature = "voxel-hw")]

@@ -183,7 +183,7 @@ fn draw_by(
 /// file as it is and packed.
 pub(crate) const BYTES_PER_PIXEL: u64 = 16 + 4 + 16 + 16;
 
-fn use_threads(count: usize) -> Result<(), Error> {
+pub(crate) fn use_threads(count: usize) -> Result<(), Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
     pool.build_global()
         .map_err(|error| Error::invalid(format!("cannot start {count} threads: {error}")))

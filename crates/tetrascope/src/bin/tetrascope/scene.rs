@@ -50,17 +50,26 @@ impl Request {
     /// Reads the scene file, if any, and applies the options and the `volume` that is named
     /// beside it.
     pub(crate) fn new(args: &SceneArgs, volume: Option<&PathBuf>) -> Result<Request, Error> {
+        Request::of(args, volume, args.scene.as_deref())
+    }
+
+    /// The same for another scene file, or none.
+    pub(crate) fn of(
+        args: &SceneArgs,
+        volume: Option<&PathBuf>,
+        scene: Option<&Path>,
+    ) -> Result<Request, Error> {
         let mut request = Request {
             file: SceneFile::new(VolumeSource::default()),
-            origin: args.scene.clone(),
+            origin: scene.map(Path::to_owned),
             notes: Vec::new(),
         };
-        if let Some(path) = &args.scene {
+        if let Some(path) = scene {
             request.file = SceneFile::read(path)?;
         }
         let given = source(volume.map(PathBuf::as_path), &args.options)?;
         if given.file.is_some() || given.dataset.is_some() {
-            match (&given.dataset, &args.scene) {
+            match (&given.dataset, scene) {
                 (Some(name), None) => request.file = volumes::scene(datasets::find(name)?),
                 _ => {
                     // Another volume in the scene's look; a field of that name is still meant.
@@ -162,6 +171,12 @@ impl Request {
         }
         scene.defaults.splice(0..0, self.notes.iter().cloned());
         Ok(scene)
+    }
+
+    /// A result that comes from what is asked for, in words of the command line.
+    #[cfg(feature = "view")]
+    pub(crate) fn in_words<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
+        result.map_err(|error| self.in_scene(error))
     }
 
     /// The picture's name unless the user says: the scene's, the file's or

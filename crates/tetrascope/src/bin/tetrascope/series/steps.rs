@@ -86,7 +86,7 @@ impl Steps {
     }
 
     /// The time steps of one file.
-    fn within(file: &Path, times: Vec<f64>) -> Steps {
+    pub(crate) fn within(file: &Path, times: Vec<f64>) -> Steps {
         let step = |(number, time)| Step {
             file: file.to_owned(),
             time: Some(time),

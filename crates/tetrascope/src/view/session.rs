@@ -1,0 +1,421 @@
+//! The state of a viewer and the threads that draw it, without a network.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use tetrascope_core::{Error, Frame, Settings, Stop};
+use tetrascope_io::Step;
+use tetrascope_scene::SceneFile;
+
+use super::command::Message;
+use super::encoded::Encoded;
+use super::judge::{self, Estimate};
+use super::loader;
+use super::pace::Pace;
+use super::quick::Expectation;
+use super::renderers::{Renderers, Setup};
+use super::state::{Applied, Field, State, Wanted};
+use super::workers;
+use crate::volumes::Loaded;
+use crate::{Algorithm, Context};
+
+/// A hand that says nothing for so long rests.
+const RESTS_AFTER: Duration = Duration::from_millis(1500);
+
+/// What a viewer begins with.
+pub struct Start {
+    /// The scene that is asked for; its volume's file is absolute, so that a saved scene finds it.
+    pub scene: SceneFile,
+    /// The volume that it names, or the first step's.
+    pub loaded: Loaded,
+    /// The time steps, if there are several.
+    pub steps: Vec<Step>,
+    /// What draws complete pictures.
+    pub algorithm: &'static Algorithm,
+    /// How.
+    pub settings: Settings,
+    /// Where this machine's measurements are ([`user_cache`](crate::choose::user_cache)).
+    pub measurements: Option<PathBuf>,
+}
+
+/// What happens in a session.
+#[derive(Clone, Debug)]
+pub enum Event {
+    /// Another state; by which client, if by one, and whether more is about to follow.
+    State(Arc<State>, Option<u64>, bool),
+    /// A picture.
+    Picture(Arc<Encoded>),
+    /// How wrong a complete picture is.
+    Estimate(Arc<Estimate>),
+    /// The share of the truth that is drawn, of a version of the state.
+    Progress(u64, f64),
+    /// Something could not be done; by whose wish, if by somebody's.
+    Problem(String, Option<String>, Option<u64>),
+    /// Something to know.
+    Note(String, Option<u64>),
+}
+
+/// A viewer without a network. Dropping it ends its threads.
+pub struct Session {
+    shared: Arc<Shared>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+/// A complete picture.
+#[derive(Clone, Debug)]
+pub(crate) struct Complete {
+    pub(crate) state: Arc<State>,
+    pub(crate) frame: Arc<Frame>,
+    pub(crate) setup: Setup,
+}
+
+/// What all threads see.
+pub(crate) struct Shared {
+    inbox: Mutex<Inbox>,
+    changed: Condvar,
+    pub(crate) renderers: Renderers,
+    pub(crate) pace: Mutex<Pace>,
+    pub(crate) measured: Mutex<Vec<Expectation>>,
+    pub(crate) measurements: Option<PathBuf>,
+    pub(crate) steps: Vec<Step>,
+    pub(crate) tell: Box<dyn Fn(Event) + Send + Sync>,
+    pictures: AtomicU64,
+    fields: AtomicU64,
+    /// Commands are applied one after the other.
+    applying: Mutex<()>,
+}
+
+/// What is to be done: the newest state, never an older one.
+pub(crate) struct Inbox {
+    pub(crate) state: Arc<State>,
+    /// Whether a hand moves.
+    pub(crate) moving: bool,
+    pub(crate) touched: Instant,
+    pub(crate) input: Option<(u64, u64)>,
+    /// The versions of the last pictures.
+    pub(crate) quick: u64,
+    pub(crate) complete: Option<Complete>,
+    /// The version whose complete picture is there or cannot be drawn.
+    pub(crate) finished: u64,
+    pub(crate) judged: u64,
+    /// Set while a complete picture or the truth is being drawn.
+    pub(crate) full_stop: Option<Stop>,
+    pub(crate) judge_stop: Option<Stop>,
+    pub(crate) wants_difference: bool,
+    pub(crate) wants_estimate: bool,
+    /// The version of the difference that is shown.
+    pub(crate) differed: u64,
+    pub(crate) wanted: Option<(Wanted, Option<u64>)>,
+    pub(crate) is_loading: bool,
+    pub(crate) is_closing: bool,
+}
+
+impl Session {
+    /// Starts the threads; `tell` is called by any of them.
+    ///
+    /// # Errors
+    /// Those of [`SceneFile::resolve`], what the algorithm does not draw, and threads that the
+    /// system refuses.
+    pub fn start(
+        start: Start,
+        tell: impl Fn(Event) + Send + Sync + 'static,
+    ) -> Result<Session, Error> {
+        let source = start.scene.volume.clone();
+        let step = source.step.unwrap_or(0);
+        let step = if start.steps.is_empty() { 0 } else { step };
+        let field = Field::new(start.loaded, source, step, 1);
+        let state = State::new(
+            Arc::new(field),
+            start.scene,
+            start.algorithm,
+            start.settings,
+        )?;
+        let shared = Arc::new(Shared {
+            inbox: Mutex::new(Inbox::new(Arc::new(state))),
+            changed: Condvar::new(),
+            renderers: Renderers::new(Context::new()),
+            pace: Mutex::default(),
+            measured: Mutex::default(),
+            measurements: start.measurements,
+            steps: start.steps,
+            tell: Box::new(tell),
+            pictures: AtomicU64::new(0),
+            fields: AtomicU64::new(1),
+            applying: Mutex::default(),
+        });
+        let mut session = Session {
+            shared,
+            threads: Vec::new(),
+        };
+        type Work = fn(&Shared);
+        let works: [(&str, Work); 4] = [
+            ("quick pictures", workers::quick),
+            ("complete pictures", workers::complete),
+            ("the truth", judge::work),
+            ("loading", loader::work),
+        ];
+        for (name, work) in works {
+            let shared = session.shared.clone();
+            let thread = std::thread::Builder::new().name(name.into());
+            let thread = thread.spawn(move || work(&shared)).map_err(|error| {
+                Error::invalid(format!("a thread for {name} cannot be started: {error}"))
+            })?;
+            session.threads.push(thread);
+        }
+        Ok(session)
+    }
+
+    /// The newest state.
+    pub fn state(&self) -> Arc<State> {
+        self.shared.lock().state.clone()
+    }
+
+    /// The time steps, if there are several.
+    pub fn steps(&self) -> &[Step] {
+        &self.shared.steps
+    }
+
+    /// Does what a message of a client asks for.
+    ///
+    /// # Errors
+    /// What is asked for is invalid or not drawn; the state is as it was.
+    pub fn take(&self, client: u64, message: &Message) -> Result<(), Error> {
+        let result = match &message.command {
+            None => Ok(()),
+            Some(command) => {
+                let _one = self
+                    .shared
+                    .applying
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner);
+                let state = self.state();
+                match state.apply(command) {
+                    Ok(Applied::State(next)) => {
+                        self.shared
+                            .replace(*next, Some((client, message.seq)), message.moving);
+                        Ok(())
+                    }
+                    Ok(Applied::Load(wanted)) => {
+                        self.shared.want(wanted, Some(client));
+                        Ok(())
+                    }
+                    Err(error) => Err(error),
+                }
+            }
+        };
+        let mut inbox = self.shared.lock();
+        // Questions do not say whether a hand moves; a message of nothing says that it rests.
+        let asks = message.histogram.is_some() || message.difference.is_some() || message.estimate;
+        if message.command.is_some() || !asks {
+            inbox.moving = message.moving;
+            inbox.touched = Instant::now();
+        }
+        if let Some(on) = message.difference {
+            inbox.wants_difference = on;
+            if !on {
+                inbox.differed = 0;
+                inbox.stop_judge();
+            }
+        }
+        inbox.wants_estimate |= message.estimate;
+        drop(inbox);
+        self.shared.changed.notify_all();
+        result
+    }
+
+    /// Says that a client has a picture on its screen, and how long that took from sending it.
+    pub fn delivered(&self, size: [u32; 2], took: Duration) {
+        self.shared.lock_pace().delivered(size, took);
+    }
+
+    /// Says that nobody's hand moves, as when a client is gone.
+    pub fn rest(&self) {
+        let (state, moved) = self.shared.update(|inbox| {
+            let moved = std::mem::replace(&mut inbox.moving, false);
+            (inbox.state.clone(), moved)
+        });
+        if moved {
+            (self.shared.tell)(Event::State(state, None, false));
+        }
+    }
+
+    /// The complete picture of the newest state, for which this waits.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where it is not there in time, or cannot be drawn.
+    pub(crate) fn complete(&self, patience: Duration) -> Result<Complete, Error> {
+        let until = Instant::now() + patience;
+        let mut inbox = self.shared.lock();
+        inbox.moving = false;
+        self.shared.changed.notify_all();
+        loop {
+            let version = inbox.state.version;
+            if let Some(complete) = &inbox.complete
+                && complete.state.version == version
+            {
+                return Ok(complete.clone());
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() || inbox.is_closing || inbox.finished == version {
+                return Err(Error::Usage {
+                    what: "there is no complete picture of this view".into(),
+                    help: Some("wait until it is drawn, or choose a faster algorithm".into()),
+                });
+            }
+            inbox = self.shared.wait(inbox, left);
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        let mut inbox = self.shared.lock();
+        inbox.is_closing = true;
+        inbox.stop_drawing();
+        drop(inbox);
+        self.shared.changed.notify_all();
+        for thread in self.threads.drain(..) {
+            // One that panicked has said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Inbox {
+    fn new(state: Arc<State>) -> Inbox {
+        Inbox {
+            state,
+            moving: false,
+            touched: Instant::now(),
+            input: None,
+            quick: 0,
+            complete: None,
+            finished: 0,
+            judged: 0,
+            full_stop: None,
+            judge_stop: None,
+            wants_difference: false,
+            wants_estimate: false,
+            differed: 0,
+            wanted: None,
+            is_loading: false,
+            is_closing: false,
+        }
+    }
+
+    /// Whether no hand moves; if one does, how long until it counts as resting.
+    pub(crate) fn rests(&self) -> Result<(), Duration> {
+        let left = RESTS_AFTER.saturating_sub(self.touched.elapsed());
+        match self.moving && !left.is_zero() {
+            true => Err(left),
+            false => Ok(()),
+        }
+    }
+
+    fn stop_judge(&self) {
+        if let Some(stop) = &self.judge_stop {
+            stop.set();
+        }
+    }
+
+    fn stop_drawing(&self) {
+        self.stop_judge();
+        if let Some(stop) = &self.full_stop {
+            stop.set();
+        }
+    }
+}
+
+impl Shared {
+    pub(crate) fn lock(&self) -> MutexGuard<'_, Inbox> {
+        self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn lock_pace(&self) -> MutexGuard<'_, Pace> {
+        self.pace.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn wait<'a>(
+        &self,
+        inbox: MutexGuard<'a, Inbox>,
+        at_most: Duration,
+    ) -> MutexGuard<'a, Inbox> {
+        let woken = self.changed.wait_timeout(inbox, at_most);
+        woken.unwrap_or_else(PoisonError::into_inner).0
+    }
+
+    /// Changes the inbox and wakes who waits for it.
+    pub(crate) fn update<T>(&self, change: impl FnOnce(&mut Inbox) -> T) -> T {
+        let result = change(&mut self.lock());
+        self.changed.notify_all();
+        result
+    }
+
+    /// Puts a state in place of the one there is; what is being drawn of that one ends.
+    pub(crate) fn replace(&self, mut next: State, input: Option<(u64, u64)>, moving: bool) {
+        let state = self.update(|inbox| {
+            next.version = inbox.state.version + 1;
+            let state = Arc::new(next);
+            inbox.state = state.clone();
+            inbox.moving = moving;
+            inbox.touched = Instant::now();
+            inbox.input = input;
+            inbox.stop_drawing();
+            state
+        });
+        (self.tell)(Event::State(state, input.map(|(client, _)| client), moving));
+    }
+
+    fn want(&self, wanted: Wanted, client: Option<u64>) {
+        self.update(|inbox| inbox.wanted = Some((wanted, client)));
+    }
+
+    /// Takes a volume that was loaded, in place of the one there is.
+    pub(crate) fn take_field(
+        &self,
+        field: Arc<Field>,
+        wanted: &Wanted,
+        client: Option<u64>,
+    ) -> Result<(), Error> {
+        let _one = self.applying.lock().unwrap_or_else(PoisonError::into_inner);
+        let state = self.lock().state.clone();
+        let mut next = state.with_field(field)?;
+        if let Some(command) = &wanted.then {
+            match next.apply(command)? {
+                Applied::State(applied) => next = *applied,
+                Applied::Load(_) => {
+                    return Err(Error::invalid("the view belongs to another volume"));
+                }
+            }
+        }
+        self.replace(next, client.map(|client| (client, 0)), false);
+        Ok(())
+    }
+
+    /// A number for a picture.
+    pub(crate) fn next_picture(&self) -> u64 {
+        self.pictures.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
+    /// A number for a volume that is loaded.
+    pub(crate) fn next_field(&self) -> u64 {
+        self.fields.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
+    pub(crate) fn problem(&self, error: &Error, client: Option<u64>) {
+        let problem = Event::Problem(error.to_string(), crate::help(error), client);
+        (self.tell)(problem);
+    }
+
+    /// The setups that are in use for a state.
+    pub(crate) fn used(&self, state: &State) -> [Setup; 2] {
+        let measured = self.measured.lock().unwrap_or_else(PoisonError::into_inner);
+        [
+            Setup::of(state),
+            super::quick::choose(state, &measured).setup,
+        ]
+    }
+}

@@ -1,0 +1,8 @@
+//! The viewer: who may ask, what is drawn, and its page in a browser.
+
+mod access;
+mod browser;
+mod devtools;
+mod page;
+mod program;
+mod session;
