@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn an_unknown_algorithm_lists_those_that_exist() {
-        let error = algorithm("refrence").err().expect("misspelt").to_string();
+        let error = algorithm("refrence").expect_err("misspelt").to_string();
         for a in algorithms() {
             assert!(error.contains(a.name), "{error}");
             assert_eq!(algorithm(a.name).expect("listed").name, a.name);

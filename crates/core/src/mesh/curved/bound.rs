@@ -66,8 +66,7 @@ fn hexahedron(values: &[DVec3]) -> f64 {
     let mut b = values.to_vec();
     let strides = [1, 3, 9];
     let starts = |axis: usize| (0..27).filter(move |p| p / strides[axis] % 3 == 0);
-    for axis in 0..3 {
-        let s = strides[axis];
+    for (axis, &s) in strides.iter().enumerate() {
         for p in starts(axis) {
             [b[p], b[p + s], b[p + 2 * s]] = bernstein([b[p], b[p + s], b[p + 2 * s]]);
         }

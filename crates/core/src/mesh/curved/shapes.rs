@@ -83,6 +83,7 @@ impl Curved {
         })
     }
 
+    #[cfg(test)]
     pub(super) fn nodes(&self) -> usize {
         self.nodes
     }
