@@ -45,6 +45,8 @@ def test_other_threads_run_meanwhile():
 
 INTERRUPTED = f"""
 import os, signal, sys, threading, tetrascope
+# Who starts this may have had the signal ignored, and hands that on.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 renderer = tetrascope.Renderer("sphere", **{LONG!r})
 # The signal comes once the main thread draws: this one runs when the lock is free.
 timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
