@@ -86,7 +86,7 @@ pub(crate) fn nearest(name: &str, valid: Vec<String>) -> Option<String> {
     scene::nearest(name, &valid).map(String::from)
 }
 
-/// What a file or a data set holds, as JSON; `source` is as for `load`.
+/// The content of a file or a data set, as JSON; `source` is as for `load`.
 #[pyfunction]
 pub(crate) fn info(py: Python<'_>, file: Option<PathBuf>, source: &str) -> PyResult<String> {
     let mut source: VolumeSource = parsed(py, source)?;

@@ -25,7 +25,7 @@ use std::sync::OnceLock;
 
 use tetrascope::Context;
 
-/// What all renderers of a process share: one graphics device.
+/// The context that all renderers of a process share: one graphics device.
 fn context() -> &'static Context {
     static CONTEXT: OnceLock<Context> = OnceLock::new();
     CONTEXT.get_or_init(Context::new)

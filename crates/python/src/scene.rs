@@ -36,7 +36,7 @@ enum Opacities {
     At(Vec<(f64, f64)>),
 }
 
-/// What JSON says, which Python has checked for its types.
+/// The value of a JSON text, which Python has checked for its types.
 pub(crate) fn parsed<T: DeserializeOwned>(py: Python<'_>, text: &str) -> PyResult<T> {
     serde_json::from_str(text).map_err(|error| {
         let error = error.to_string();
@@ -288,7 +288,7 @@ impl Scene {
         })
     }
 
-    /// What was chosen because it was not given, one line each.
+    /// The choices for everything that was not given, one line each.
     #[getter]
     fn defaults(&self) -> Vec<String> {
         self.scene.defaults.clone()

@@ -1,4 +1,4 @@
-//! What is drawn: a mesh or a grid, of arrays or of a file.
+//! The volume that is drawn: a mesh or a grid, of arrays or of a file.
 
 use std::path::PathBuf;
 
@@ -333,7 +333,7 @@ impl Volume {
         &self.description
     }
 
-    /// What was found out, repaired or left out, one sentence each.
+    /// Findings, repairs and omissions, one sentence each.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.notes.clone()

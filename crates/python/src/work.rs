@@ -53,7 +53,7 @@ impl Task {
     }
 }
 
-/// What arrives from a thread that works.
+/// News from a thread that works.
 enum News<T> {
     Line(String),
     Done(Result<T, Error>),

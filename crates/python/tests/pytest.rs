@@ -12,7 +12,7 @@ use std::process::{Command, Output};
 /// Where Python is, unless it is told.
 const PLACES: [&str; 3] = ["python3", "/usr/bin/python3", "python"];
 
-/// What the tests cannot do without.
+/// Modules that the tests need.
 const NEEDED: &str = "import sys, numpy, pytest; assert sys.version_info >= (3, 10)";
 
 fn here() -> &'static Path {

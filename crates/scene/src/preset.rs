@@ -28,7 +28,7 @@ pub const MAX_PRESET_POINTS: usize = 4096;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Preset {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// How colors are interpolated.
     pub color_space: ColorSpace,

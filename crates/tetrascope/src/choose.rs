@@ -450,7 +450,7 @@ impl<'a> Chooser<'a> {
         Ok(&known[known.len() - 1])
     }
 
-    /// What was measured before; reads the file at the first call.
+    /// The measurements made before; reads the file at the first call.
     fn kept(&mut self, model: OpticalModel, kind: Kind) -> Option<&Calibration> {
         if self.known.is_none() {
             let read = match &self.folder {

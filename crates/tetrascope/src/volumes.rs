@@ -514,7 +514,7 @@ fn missing(values: &[f64]) -> u64 {
     values.iter().filter(|value| !is_value(**value)).count() as u64
 }
 
-/// What is asked for of curved cells; the default where nothing is.
+/// The tolerance that is asked for curved cells; the default where none is.
 fn straightening(source: &VolumeSource) -> Straightening {
     source
         .curved

@@ -46,7 +46,7 @@ impl Straightening {
 }
 
 impl Default for Straightening {
-    /// What a picture of 512×512 hardly shows, in little memory.
+    /// A tolerance that a picture of 512×512 hardly shows, in little memory.
     fn default() -> Straightening {
         Straightening {
             tolerance: 1e-3,
@@ -64,11 +64,11 @@ pub struct Straightened {
     pub cells: Cells,
     /// The fields, at these points and in these cells.
     pub scalars: Vec<Scalars>,
-    /// What was done, if anything was.
+    /// The work that was done, if any.
     pub report: Option<CurvedReport>,
 }
 
-/// What became of curved cells.
+/// The fate of curved cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurvedReport {
     /// How many there were.
@@ -208,7 +208,7 @@ fn choose(
             let values: Vec<DVec3> = nodes.iter().map(|&node| value(node)).collect();
             curved.bend(&values)
         });
-        // NaN, of values that are none, is passed over.
+        // NaN, of missing values, is passed over.
         bounds.fold(0.0, f64::max)
     };
     let named = cells.connectivity.iter().map(|&p| points[p as usize]);

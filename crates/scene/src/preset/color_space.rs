@@ -34,7 +34,7 @@ impl ColorSpace {
         ColorSpace::Step,
     ];
 
-    /// What ParaView calls it.
+    /// ParaView's name.
     pub fn name(self) -> &'static str {
         match self {
             ColorSpace::Rgb => "RGB",

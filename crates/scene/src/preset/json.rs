@@ -23,7 +23,7 @@ pub struct ReadPreset {
     pub preset: Preset,
     /// Whether the file has opacities; without, they rise from 0 to 1 over its range.
     pub has_opacities: bool,
-    /// What was passed over, a sentence each.
+    /// The parts that were passed over, a sentence each.
     pub notes: Vec<String>,
 }
 

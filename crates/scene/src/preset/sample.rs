@@ -46,7 +46,7 @@ impl Sample {
         }
     }
 
-    /// What a renderer shows at `scalar` on the line from one sample to another.
+    /// The sample that a renderer shows at `scalar` on the line from one sample to another.
     fn on_line(from: &Sample, to: &Sample, scalar: f64) -> Sample {
         let (from, to) = (from.knot(1.0), to.knot(1.0));
         let s = (scalar * 0.5 - from.scalar * 0.5) / (to.scalar * 0.5 - from.scalar * 0.5);
@@ -299,7 +299,7 @@ mod tests {
         }
     }
 
-    /// What is meant at a scalar strictly between points.
+    /// The sample that is meant at a scalar strictly between points.
     fn meant(preset: &Preset, scalar: f64) -> Sample {
         let between = |xs: &mut dyn Iterator<Item = f64>| xs.filter(|x| *x <= scalar).count();
         let c = between(&mut preset.colors.iter().map(|p| p.scalar));

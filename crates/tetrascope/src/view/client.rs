@@ -27,7 +27,7 @@ const ANSWERS: usize = 64;
 /// Parts of a histogram.
 const BINS: usize = 256;
 
-/// What the reading half tells the writing half.
+/// Messages of the reading half to the writing half.
 enum Inner {
     /// A picture is on the screen.
     Shown(u64),

@@ -1,4 +1,4 @@
-//! What a page asks for.
+//! The commands of a page.
 
 use std::collections::BTreeMap;
 
@@ -60,7 +60,7 @@ pub enum Command {
         /// Pixels.
         height: u32,
     },
-    /// What is behind the volume, linear RGBA with straight alpha; `None` as the model has it.
+    /// The color behind the volume, linear RGBA with straight alpha; `None` as the model has it.
     Background {
         /// The color.
         color: Option<[f32; 4]>,

@@ -1,4 +1,4 @@
-//! What pages are told, in JSON.
+//! Descriptions for pages, in JSON.
 
 use serde_json::{Value, json};
 use tetrascope_core::colormap::{Colormap, linear_to_srgb};
@@ -15,7 +15,7 @@ use crate::algorithms;
 /// Colors of a map's picture.
 const SWATCH: u32 = 32;
 
-/// What does not change: algorithms, models, color maps.
+/// The parts that do not change: algorithms, models, color maps.
 pub(crate) fn catalog() -> Value {
     let algorithms = algorithms().iter().map(|algorithm| {
         let settings = algorithm.settings.iter().map(|setting| {
@@ -149,7 +149,7 @@ pub(crate) fn state(state: &State, by: Option<u64>) -> Value {
     })
 }
 
-/// What of a message is passed over, a sentence each.
+/// The parts of a message that are passed over, a sentence each.
 pub(crate) fn notes(message: &Message) -> Vec<String> {
     match &message.command {
         Some(Command::ImportPreset { text, .. }) => {

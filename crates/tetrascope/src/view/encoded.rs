@@ -9,7 +9,7 @@ use tetrascope_io::image::encode_png_fast;
 
 use super::renderers::Setup;
 
-/// What a picture is good for.
+/// The use of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -17,7 +17,7 @@ pub enum Kind {
     Quick,
     /// On the way to the complete one.
     Refining,
-    /// What `tetrascope render` draws of the scene.
+    /// The picture that `tetrascope render` draws of the scene.
     Complete,
     /// The complete picture's difference to the truth, in false colors.
     Difference,
@@ -29,9 +29,9 @@ pub enum Kind {
 pub struct Encoded {
     /// Counts pictures.
     pub id: u64,
-    /// Of which state it is.
+    /// The version of its state.
     pub version: u64,
-    /// What it is good for.
+    /// Its use.
     pub kind: Kind,
     /// Pixels.
     pub size: [u32; 2],
@@ -41,7 +41,7 @@ pub struct Encoded {
     pub header: serde_json::Value,
 }
 
-/// What goes with a picture.
+/// The texts that go with a picture.
 pub(crate) struct Caption<'a> {
     pub(crate) id: u64,
     pub(crate) version: u64,

@@ -51,7 +51,7 @@ struct Truth {
     appearance: Appearance,
 }
 
-/// What to do for a complete picture.
+/// The task for a complete picture.
 enum Task {
     Estimate,
     Difference,
@@ -279,7 +279,7 @@ fn has_measurements(folder: &std::path::Path) -> bool {
 pub(crate) struct Differences {
     /// Over all pixels and channels of premultiplied linear RGBA.
     pub(crate) rmse: f64,
-    /// Of a channel.
+    /// The greatest difference of a channel.
     pub(crate) greatest: f64,
 }
 

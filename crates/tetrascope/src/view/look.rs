@@ -5,7 +5,7 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::{Appearance, Error, Isosurface, Knot, TransferFunction};
 use tetrascope_scene::{ColorSpace, IsosurfaceSpec, OpacityPoint, Preset};
 
-/// What is edited.
+/// The look that is edited.
 ///
 /// As long as only the range and the unit distance change, the function that is drawn keeps the very
 /// knots that a scene has given, moved and scaled; points that are edited make new ones.
@@ -88,7 +88,7 @@ impl Look {
     }
 }
 
-/// What the function shows at a scalar, white where it shows nothing.
+/// The color that the function shows at a scalar, white where it shows nothing.
 fn color_at(function: &TransferFunction, scalar: f64) -> DVec3 {
     function
         .sample(scalar)

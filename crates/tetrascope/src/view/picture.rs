@@ -1,4 +1,4 @@
-//! What a person saves: images, and the command line that draws one.
+//! The files that a person saves: images, and the command line that draws one.
 
 use std::fmt::Write as _;
 
@@ -39,7 +39,7 @@ impl PictureFormat {
     }
 }
 
-/// What it takes to make the picture again.
+/// The texts that make the picture again.
 fn metadata(complete: &Complete) -> Vec<(String, String)> {
     let texts = [
         (
@@ -55,7 +55,7 @@ fn metadata(complete: &Complete) -> Vec<(String, String)> {
     texts.map(|(key, text)| (key.into(), text)).collect()
 }
 
-/// What the files of a state are called, without an extension.
+/// The name of a state's files, without an extension.
 pub(crate) fn stem(state: &State) -> String {
     let source = &state.scene.source;
     let file = source.file.as_deref().and_then(std::path::Path::file_stem);

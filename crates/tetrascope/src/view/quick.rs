@@ -1,4 +1,4 @@
-//! What draws while a hand moves.
+//! The algorithm that draws while a hand moves.
 
 use tetrascope_core::{Settings, Volume};
 
@@ -18,7 +18,7 @@ pub(crate) struct Quick {
 #[derive(Clone, Debug)]
 pub(crate) struct Expectation {
     pub(crate) setup: Setup,
-    /// Of a frame at full size.
+    /// Time of a frame at full size.
     pub(crate) seconds: f64,
     /// The RMSE that is not expected to be exceeded.
     pub(crate) error: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Expectation {
 /// A moving picture may be as wrong as this: about eight levels of an 8-bit picture.
 const WORST: f64 = 3e-2;
 
-/// What is at hand is kept unless another is faster by this factor: it takes no more memory.
+/// The setup at hand is kept unless another is faster by this factor: it takes no more memory.
 const WORTH_IT: f64 = 1.5;
 
 /// Chooses for a state: what is measured to be fastest, if anything was measured for its model and

@@ -15,7 +15,7 @@ pub(crate) struct Setup {
 }
 
 impl Setup {
-    /// What draws complete pictures of a state.
+    /// The setup that draws complete pictures of a state.
     pub(crate) fn of(state: &State) -> Setup {
         Setup {
             algorithm: state.algorithm,

@@ -30,17 +30,17 @@ const MOST_CLIENTS: usize = 8;
 /// A picture that is to be saved is waited for so long.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// What pages may load: what is from here.
+/// The content policy of pages: they load only what is from here.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
                       img-src 'self' blob:; connect-src 'self'; base-uri 'none'; \
                       form-action 'none'; frame-ancestors 'none'";
 
-/// What a session tells, for all pages: the newest of each kind.
+/// The newest event of each kind of a session, for all pages.
 pub struct Hub {
     pub(crate) states: watch::Sender<Option<Value>>,
     pub(crate) pictures: watch::Sender<Option<Arc<Encoded>>>,
     pub(crate) estimates: watch::Sender<Option<Value>>,
-    /// What is said once: problems, notes, progress.
+    /// Events that are told once: problems, notes, progress.
     pub(crate) news: broadcast::Sender<Value>,
     /// Names this run, so that a page knows another one.
     pub(crate) run: u64,
@@ -64,7 +64,7 @@ impl Default for Hub {
 }
 
 impl Hub {
-    /// What a session calls with its events.
+    /// The function that a session calls with its events.
     pub fn teller(self: &Arc<Hub>) -> impl Fn(Event) + Send + Sync + use<> {
         let hub = self.clone();
         move |event| match event {
@@ -178,7 +178,7 @@ impl Server {
     }
 }
 
-/// What every request sees.
+/// The data that every request sees.
 #[derive(Clone)]
 struct App {
     access: Arc<Access>,
@@ -285,7 +285,7 @@ async fn socket(app: App, request: Request) -> Response<Body> {
     secured(upgrade.on_upgrade(move |socket| client::run(socket, app.session, app.hub, catalog)))
 }
 
-/// What a person saves.
+/// The file that a person saves.
 async fn saved(app: &App, name: &str) -> Response<Body> {
     let state = app.session.state();
     let stem = stem(&state);

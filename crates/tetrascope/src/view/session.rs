@@ -25,7 +25,7 @@ use crate::{Algorithm, Context};
 /// A hand that says nothing for so long rests.
 const RESTS_AFTER: Duration = Duration::from_millis(1500);
 
-/// What a viewer begins with.
+/// The beginning of a session.
 pub struct Start {
     /// The scene that is asked for; its volume's file is absolute, so that a saved scene finds it.
     pub scene: SceneFile,
@@ -33,7 +33,7 @@ pub struct Start {
     pub loaded: Loaded,
     /// The time steps, if there are several.
     pub steps: Vec<Step>,
-    /// What draws complete pictures.
+    /// The algorithm that draws complete pictures.
     pub algorithm: &'static Algorithm,
     /// How.
     pub settings: Settings,
@@ -41,7 +41,7 @@ pub struct Start {
     pub measurements: Option<PathBuf>,
 }
 
-/// What happens in a session.
+/// An event in a session.
 #[derive(Clone, Debug)]
 pub enum Event {
     /// Another state; by which client, if by one, and whether more is about to follow.
@@ -72,7 +72,7 @@ pub(crate) struct Complete {
     pub(crate) setup: Setup,
 }
 
-/// What all threads see.
+/// The data that all threads see.
 pub(crate) struct Shared {
     inbox: Mutex<Inbox>,
     changed: Condvar,
@@ -88,7 +88,7 @@ pub(crate) struct Shared {
     applying: Mutex<()>,
 }
 
-/// What is to be done: the newest state, never an older one.
+/// The work that is to be done: the newest state, never an older one.
 pub(crate) struct Inbox {
     pub(crate) state: Arc<State>,
     /// Whether a hand moves.

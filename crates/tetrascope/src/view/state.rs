@@ -41,7 +41,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// Of what was loaded from `source`, as step number `step`.
+    /// The field of a volume that was loaded from `source`, as step number `step`.
     pub fn new(loaded: Loaded, source: VolumeSource, step: usize, id: u64) -> Field {
         Field {
             values: FieldValues::of(&loaded.volume),
@@ -57,7 +57,7 @@ impl Field {
         self.source.field.as_deref().unwrap_or(&self.loaded.field)
     }
 
-    /// What can be drawn.
+    /// The volume that can be drawn.
     pub fn volume(&self) -> &Volume {
         &self.loaded.volume
     }
@@ -72,7 +72,7 @@ pub struct State {
     pub field: Arc<Field>,
     /// The complete scene.
     pub scene: Scene,
-    /// What draws complete pictures.
+    /// The algorithm that draws complete pictures.
     pub algorithm: &'static Algorithm,
     /// How.
     pub settings: Settings,
@@ -98,7 +98,7 @@ pub struct Saved {
     settings: String,
 }
 
-/// What a command makes of a state.
+/// The result of a command on a state.
 pub(crate) enum Applied {
     /// Another state of the same volume.
     State(Box<State>),
@@ -112,7 +112,7 @@ pub(crate) struct Wanted {
     /// The field's name; `None` for the one there is.
     pub(crate) field: Option<String>,
     pub(crate) step: usize,
-    /// What to apply then.
+    /// The command to apply then.
     pub(crate) then: Option<Command>,
 }
 
@@ -142,7 +142,7 @@ impl State {
         state.checked()
     }
 
-    /// What a command makes of it.
+    /// The result of a command on it.
     ///
     /// # Errors
     /// What the command asks for is invalid, or not drawn by the algorithm.
@@ -295,7 +295,7 @@ impl State {
         next.checked()
     }
 
-    /// What a page keeps of it.
+    /// The part that a page keeps of it.
     pub fn saved(&self) -> Saved {
         let mut scene = self.scene.to_file();
         scene.volume = VolumeSource {

@@ -13,7 +13,7 @@ pub(crate) struct Browser {
     child: Child,
     /// Where it takes commands.
     pub(crate) endpoint: String,
-    /// What it keeps.
+    /// The folder that it keeps.
     _profile: tempfile::TempDir,
 }
 

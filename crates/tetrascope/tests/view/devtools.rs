@@ -114,7 +114,7 @@ impl Tab {
         }
     }
 
-    /// What is on the screen, as a PNG file in base64.
+    /// The screen, as a PNG file in base64.
     pub(crate) fn screenshot(&mut self) -> String {
         let shot = self.call("Page.captureScreenshot", json!({"format": "png"}));
         shot["data"].as_str().expect("a picture").into()

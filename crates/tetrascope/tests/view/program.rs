@@ -155,7 +155,7 @@ pub(crate) fn decode(png: &[u8]) -> ([u32; 2], Vec<u8>) {
     ([info.width, info.height], bytes)
 }
 
-/// What `tetrascope render` draws of a scene.
+/// The picture that `tetrascope render` draws of a scene.
 pub(crate) fn rendered(folder: &Path, scene: &[u8], options: &str) -> ([u32; 2], Vec<u8>) {
     std::fs::write(folder.join("scene.toml"), scene).expect("it is written");
     let run = Command::new(PROGRAM)

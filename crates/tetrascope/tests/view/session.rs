@@ -1,4 +1,4 @@
-//! What is drawn of what is asked for, without a network.
+//! Tests of the pictures of a session, without a network.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
@@ -91,7 +91,7 @@ impl Told {
     }
 }
 
-/// What the library draws of a state.
+/// The picture that the library draws of a state.
 fn drawn(state: &State) -> Vec<u8> {
     let build = state.algorithm.build;
     let scene = &state.scene;

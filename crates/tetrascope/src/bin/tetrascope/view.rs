@@ -136,7 +136,7 @@ fn say(args: &ViewArgs, server: &Server, access: &Access, output: &Output) -> Re
     Ok(())
 }
 
-/// What other machines call this one.
+/// The name by which other machines know this one.
 fn host_name() -> Option<String> {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let name = name.or_else(|| std::env::var("HOSTNAME").ok())?;
