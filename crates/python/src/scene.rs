@@ -148,7 +148,7 @@ impl Paint {
         for scalar in scalars {
             for side in [Side::Below, Side::Above] {
                 let (color, _) = old.limit(scalar, side);
-                // What the scene has made black and clear stays so.
+                // Keep black and clear what the scene has made so.
                 let color = match table.is_empty() || color == DVec3::ZERO {
                     true => color,
                     false => lookup(&table, share(scalar)),

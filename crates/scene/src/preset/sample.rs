@@ -73,7 +73,7 @@ impl Preset {
     /// Opacities count over `unit_distance`, world units.
     ///
     /// # Errors
-    /// What [`Preset::validate`] refuses, and a distance that is not more than 0.
+    /// Those of [`Preset::validate`], and a distance that is not more than 0.
     pub fn transfer_function(&self, unit_distance: f64) -> Result<TransferFunction, Error> {
         self.validate()?;
         if !(unit_distance > 0.0 && unit_distance.is_finite()) {

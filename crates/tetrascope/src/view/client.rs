@@ -111,7 +111,7 @@ pub(crate) async fn run(
         let mut news = hub.news.subscribe();
         let mut field = 0;
         let mut sent: Option<(u64, [u32; 2], Kind, Instant)> = None;
-        // What there is already.
+        // Tell what there is already.
         states.mark_changed();
         pictures.mark_changed();
         estimates.mark_changed();
@@ -149,7 +149,7 @@ pub(crate) async fn run(
                     }
                     let state = states.borrow_and_update().clone();
                     let Some(state) = state else { continue };
-                    // What is told of a volume comes before what is told of its state.
+                    // Tell news of a volume before its state.
                     if state["field_id"].as_u64() != Some(field) {
                         let now = session.state();
                         field = now.field.id;
@@ -236,7 +236,7 @@ fn answer(session: &Session, client: u64, message: &str) -> Vec<Value> {
             "help": crate::help(&error),
             "seq": message.seq,
             "client": client,
-            // What the page shows is put right.
+            // Put right what the page shows.
             "state": describe::state(&session.state(), None),
         }));
     }

@@ -64,7 +64,7 @@ impl Pace {
     pub fn delivered(&mut self, size: [u32; 2], took: Duration) {
         let pixels = f64::from(size[0]) * f64::from(size[1]);
         let next = self.next(pixels, took);
-        // A link that is no bottleneck does not limit.
+        // A link limits only where it is the bottleneck.
         self.sent = match took.as_secs_f64() < AIM * self.budget {
             true if self.sent > 4.0 * pixels => f64::INFINITY,
             true => next.max(self.sent),

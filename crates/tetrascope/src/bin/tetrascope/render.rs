@@ -17,7 +17,7 @@ use crate::scene::Request;
 use crate::series::{self, Steps};
 
 pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
-    // What can be refused at once is refused before the volume is read.
+    // Refuse what can be refused at once before the volume is read.
     let how = How::of(args)?;
     if let Some(threads) = args.threads {
         use_threads(threads.into())?;

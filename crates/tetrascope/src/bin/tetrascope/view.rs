@@ -22,7 +22,7 @@ use crate::series::Steps;
 const TOKEN: &str = "TETRASCOPE_TOKEN";
 
 pub(crate) fn run(args: &ViewArgs, output: &Output) -> Result<(), Stop> {
-    // What can be refused at once is refused before the volume is read.
+    // Refuse what can be refused at once before the volume is read.
     let algorithm = tetrascope::algorithm(&args.algorithm)?;
     let settings = Settings::parse(algorithm, args.settings.iter().map(String::as_str))?;
     let token = match std::env::var(TOKEN) {
@@ -96,7 +96,7 @@ fn what(args: &ViewArgs) -> Result<(Request, Option<Steps>), Error> {
         (volume, _) => Request::new(&args.scene, volume)?,
     };
     let file = request.file.volume.file.clone();
-    // What is wrong with the file is said when it is read.
+    // Reading the file says what is wrong with it.
     let times = |file: &PathBuf| read_steps(file).unwrap_or_default();
     let steps = file.and_then(|file| {
         let times = times(&file);

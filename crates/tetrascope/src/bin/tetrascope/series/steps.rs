@@ -36,7 +36,7 @@ impl Steps {
         {
             let options = &args.scene.options;
             let times = match (options.step, options.time) {
-                // What is wrong with the file is said when it is read.
+                // Reading the file says what is wrong with it.
                 (None, None) => read_steps(file).unwrap_or_default(),
                 _ => Vec::new(),
             };
