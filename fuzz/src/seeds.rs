@@ -3,6 +3,7 @@
 
 mod arrays;
 mod collections;
+mod dicom;
 mod gmsh;
 mod grids;
 mod meshes;
@@ -107,6 +108,7 @@ pub(crate) fn kinds() -> std::io::Result<Vec<Kind>> {
         kind("npz", arrays::npz(), arrays::NPZ_WORDS),
         kind("mrc", arrays::mrc()?, arrays::MRC_WORDS),
         kind("tiff", arrays::tiff()?, arrays::TIFF_WORDS),
+        kind("dicom", dicom::seeds()?, dicom::WORDS),
         kind("nifti-pair", arrays::pairs()?, arrays::PAIR_WORDS),
         kind("pvti", xml::extents(), xml::LIST_WORDS),
     ];

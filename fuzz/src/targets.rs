@@ -55,7 +55,7 @@ impl Target {
 }
 
 /// Every target.
-pub const TARGETS: [Target; 30] = [
+pub const TARGETS: [Target; 31] = [
     Target::of("vtu", "vtu", |bench, bytes| bench.file("mesh.vtu", bytes)),
     Target::of("vtk", "vtk", |bench, bytes| bench.file("mesh.vtk", bytes)),
     Target::of("vts", "vts", |bench, bytes| bench.file("grid.vts", bytes)),
@@ -119,6 +119,12 @@ pub const TARGETS: [Target; 30] = [
     Target {
         longest: 4096,
         ..Target::of("tiff", "tiff", |bench, bytes| bench.file("grid.tif", bytes))
+    },
+    Target {
+        longest: 4096,
+        ..Target::of("dicom", "dicom", |bench, bytes| {
+            bench.file("grid.dcm", bytes)
+        })
     },
     Target {
         longest: 512,

@@ -52,16 +52,33 @@ pub fn draw(
     appearance: &Appearance,
     view: &View,
 ) -> Option<Frame> {
+    draw_all(algorithm, setting, volume, appearance, &[*view])?.pop()
+}
+
+/// [`draw`] by one renderer for several views; `None` if one of them is not drawn.
+pub fn draw_all(
+    algorithm: &Algorithm,
+    setting: &str,
+    volume: &Volume,
+    appearance: &Appearance,
+    views: &[View],
+) -> Option<Vec<Frame>> {
     let settings = Settings::parse(algorithm, setting.split(',')).expect("the sweep is valid");
-    if let Err(error) = (algorithm.supports)(volume, appearance, view, &settings) {
-        assert!(matches!(error, Error::Unsupported { .. }), "{error}");
-        return None;
+    for view in views {
+        if let Err(error) = (algorithm.supports)(volume, appearance, view, &settings) {
+            assert!(matches!(error, Error::Unsupported { .. }), "{error}");
+            return None;
+        }
     }
+    let fail = |error| panic!("{} {setting}: {error}", algorithm.name);
     let renderer = (algorithm.build)(context(), volume, appearance, &settings);
-    let frame = renderer.and_then(|renderer| renderer.render(view));
-    let frame = frame.unwrap_or_else(|error| panic!("{} {setting}: {error}", algorithm.name));
-    check_counts(algorithm, &frame.stats);
-    Some(frame)
+    let renderer = renderer.unwrap_or_else(fail);
+    let draw = |view| {
+        let frame = renderer.render(view).unwrap_or_else(fail);
+        check_counts(algorithm, &frame.stats);
+        frame
+    };
+    Some(views.iter().map(draw).collect())
 }
 
 /// How near to the truth an algorithm is with one entry of its sweep.

@@ -93,7 +93,7 @@ impl FileFormat {
 }
 
 /// Every format, meshes first.
-pub const FORMATS: [FileFormat; 19] = [
+pub const FORMATS: [FileFormat; 20] = [
     format(
         "VTK XML unstructured grids",
         &["vtu"],
@@ -214,6 +214,13 @@ pub const FORMATS: [FileFormat; 19] = [
         "8 to 64 bits, tiles, BigTIFF, what ImageJ, OME and tifffile say; one file, no JPEG, no palettes",
     )
     .with("tiff", cfg!(feature = "tiff")),
+    format(
+        "DICOM series",
+        &["dcm", "dicom", "ima"],
+        Holds::Grids,
+        "a folder, one of its files, or one file of several frames; evenly spaced parallel slices; native, RLE, JPEG and JPEG 2000; no JPEG-LS, no video",
+    )
+    .with("dicom", cfg!(feature = "dicom")),
     format(
         "raw samples",
         &["raw", "dat"],

@@ -1,5 +1,5 @@
 //! Regular grids: `.mha`/`.mhd`, `.nrrd`/`.nhdr`, `.nii`/`.nii.gz` and `.hdr` with `.img`,
-//! `.npy`/`.npz`, `.mrc`, TIFF stacks and raw samples.
+//! `.npy`/`.npz`, `.mrc`, TIFF stacks, DICOM series and raw samples.
 //!
 //! Each reader turns a header into a description: where the samples lie in space, and
 //! where and how they stand in files. What follows is the same for all: lengths are
@@ -25,8 +25,13 @@
 //! # TIFF
 //! Pages are slices; channels, frames and distances are what ImageJ, OME-XML or tifffile write
 //! into the first page's description. JPEG, and pages of 1 to 7 bits, are not read.
+//!
+//! # DICOM
+//! A folder, one of its files, or one file of several frames; see the module `dicom`.
 
 pub(crate) mod axes;
+#[cfg(feature = "dicom")]
+mod dicom;
 pub(crate) mod formats;
 pub(crate) mod ghosts;
 pub(crate) mod header;
@@ -307,7 +312,7 @@ impl Description {
 
     /// Takes the samples from `runs`, which gives as many runs as its second argument says, of
     /// as many numbers each as its first says; the payload then tells their type and file.
-    #[cfg(feature = "tiff")]
+    #[cfg(any(feature = "dicom", feature = "tiff"))]
     pub(crate) fn read_from(self, path: &Path, runs: Runs) -> Result<GridData, Error> {
         self.finish(path, None, Some(runs))
     }

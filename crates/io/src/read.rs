@@ -65,7 +65,7 @@ pub enum FileData {
 }
 
 /// Formats that people have and that are not read, by extension.
-const NOT_READ: [(&[&str], &str); 10] = [
+const NOT_READ: [(&[&str], &str); 11] = [
     (
         &["pvd", "series"],
         "a list of the files of a series; give one of these files, or draw it as a series",
@@ -76,8 +76,12 @@ const NOT_READ: [(&[&str], &str); 10] = [
         "a file of samples alone; say what is in it with `dims` and `type`",
     ),
     (
-        &["dcm", "dicom", "hdr"],
-        "a format of slices or of another program; save it as .nrrd, .mha or .nii",
+        &["hdr"],
+        "a format of another program; save it as .nrrd, .mha or .nii",
+    ),
+    (
+        &["dcm", "dicom", "ima"],
+        "without the letters DICM at byte 128, or read with the feature `dicom`; write it again with pydicom or `dcmconv`",
     ),
     (
         &["tif", "tiff", "npy", "npz", "mrc", "map", "ccp4"],
@@ -320,10 +324,25 @@ pub(crate) enum Format {
 impl Format {
     /// The format of a file.
     pub(crate) fn of_file(path: &Path) -> Result<Format, Error> {
+        if path.is_dir() {
+            return Format::of_folder(path);
+        }
         let name = path
             .file_name()
             .map(|n| n.to_string_lossy().to_ascii_lowercase());
         Format::of(&head(path, 4096)?, &name.unwrap_or_default())
+    }
+
+    /// The format of a folder, which one format alone has.
+    #[cfg(feature = "dicom")]
+    fn of_folder(_: &Path) -> Result<Format, Error> {
+        Ok(Format::Grid(GridFormat::Dicom))
+    }
+
+    #[cfg(not(feature = "dicom"))]
+    fn of_folder(path: &Path) -> Result<Format, Error> {
+        let what = "folders hold DICOM series, which are read with the feature `dicom`";
+        Err(crate::source::format_error(path, "the folder", what))
     }
 
     /// Whether one of several time steps can be chosen.

@@ -9,7 +9,7 @@ use tetrascope::scene::{SceneFile, VolumeSource};
 use tetrascope::{Algorithm, datasets, projection};
 use tetrascope_testing::ImageError;
 use xtask::limits::ROUNDING;
-use xtask::testing::{Failures, algorithms, draw, truth};
+use xtask::testing::{Failures, algorithms, draw, draw_all, truth};
 
 /// A volume, how it looks, and both views of it.
 struct Held {
@@ -91,23 +91,26 @@ fn hold_to_the_bars(test: &str, side: u32, cells: Option<u64>) {
                 OpticalModel::EmissionAbsorption => &["", "order=per-pixel"],
                 _ => &["order=per-pixel"],
             };
-            for (from, view) in views {
-                let truth = truth(&held.volume, &appearance, &view);
-                assert!(
-                    truth.pixels.iter().any(|p| *p != truth.pixels[0]),
-                    "{}: an empty picture",
-                    held.name
-                );
-                for order in orders {
-                    let frame = draw(algorithm, order, &held.volume, &appearance, &view);
-                    let frame = frame.expect("it draws every mesh");
-                    let error = ImageError::between(&truth, &frame);
+            let all = views.map(|(_, view)| view);
+            let truth = tetrascope::truth().expect("compiled in");
+            let truths = draw_all(truth, "", &held.volume, &appearance, &all);
+            let truths = truths.expect("the ground truth draws every mesh");
+            for order in orders {
+                let frames = draw_all(algorithm, order, &held.volume, &appearance, &all);
+                let frames = frames.expect("it draws every mesh");
+                for (((from, _), truth), frame) in views.iter().zip(&truths).zip(&frames) {
+                    assert!(
+                        truth.pixels.iter().any(|p| *p != truth.pixels[0]),
+                        "{}: an empty picture",
+                        held.name
+                    );
+                    let error = ImageError::between(truth, frame);
                     let name = format!("{}, {}, {from}, {order}", held.name, model.name());
                     println!(
                         "{name}: RMSE {:.1e}, greatest {:.1e}",
                         error.rmse, error.max
                     );
-                    failures.compare(&name, &truth, &frame, ROUNDING.0, ROUNDING.1);
+                    failures.compare(&name, truth, frame, ROUNDING.0, ROUNDING.1);
                 }
             }
         }

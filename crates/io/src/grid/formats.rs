@@ -6,6 +6,8 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 use tetrascope_core::Error;
 
+#[cfg(feature = "dicom")]
+use super::dicom;
 use super::payload::open_unpacked;
 #[cfg(feature = "tiff")]
 use super::tiff;
@@ -19,6 +21,8 @@ pub(crate) enum GridFormat {
     Mrc,
     Npy,
     Npz,
+    #[cfg(feature = "dicom")]
+    Dicom,
     #[cfg(feature = "tiff")]
     Tiff,
 }
@@ -60,6 +64,10 @@ impl GridFormat {
         if npz::is_npz(head, name) {
             return Some(GridFormat::Npz);
         }
+        #[cfg(feature = "dicom")]
+        if dicom::is_dicom(head) {
+            return Some(GridFormat::Dicom);
+        }
         #[cfg(feature = "tiff")]
         if tiff::is_tiff(head) {
             return Some(GridFormat::Tiff);
@@ -69,7 +77,12 @@ impl GridFormat {
 
     /// Whether files of this format leave it to [`ReadOptions`] where samples lie.
     pub(crate) fn takes_spacing(self) -> bool {
-        !matches!(self, GridFormat::Nifti | GridFormat::Mrc)
+        match self {
+            GridFormat::Nifti | GridFormat::Mrc => false,
+            #[cfg(feature = "dicom")]
+            GridFormat::Dicom => false,
+            _ => true,
+        }
     }
 
     pub(crate) fn read(self, path: &Path, options: &ReadOptions) -> Result<GridData, Error> {
@@ -83,6 +96,8 @@ impl GridFormat {
             GridFormat::Mrc => mrc::read(path)?.read(path, above),
             GridFormat::Npy => npy::read(path, options)?.read(path, above),
             GridFormat::Npz => npz::read(path, options),
+            #[cfg(feature = "dicom")]
+            GridFormat::Dicom => dicom::read(path),
             #[cfg(feature = "tiff")]
             GridFormat::Tiff => tiff::read(path, options),
         }

@@ -1,4 +1,6 @@
 mod cells;
+#[cfg(feature = "dicom")]
+mod dicom;
 mod frames;
 mod programs;
 mod worlds;

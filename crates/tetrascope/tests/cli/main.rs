@@ -5,6 +5,7 @@ mod choose;
 #[cfg(feature = "resample")]
 mod convert;
 mod curved;
+mod dicom;
 mod faults;
 mod first;
 mod grids;

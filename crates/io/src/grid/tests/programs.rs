@@ -78,7 +78,7 @@ fn values_of(data: &MeshData, name: &str) -> Samples4 {
 }
 
 /// Compares what is read with what the file's own program reads, field by field.
-fn compare(data: &FileData, fields: &Value) -> Result<(), String> {
+pub(super) fn compare(data: &FileData, fields: &Value) -> Result<(), String> {
     let fields = fields.as_object().expect("fields");
     let own: Vec<(&str, Samples4)> = match data {
         FileData::Grid(data) => {

@@ -1,0 +1,3 @@
+#![no_main]
+
+tetrascope_fuzz_guided::target!("dicom");
