@@ -70,15 +70,14 @@ pub fn draw_all(
             return None;
         }
     }
-    let fail = |error| panic!("{} {setting}: {error}", algorithm.name);
     let renderer = (algorithm.build)(context(), volume, appearance, &settings);
-    let renderer = renderer.unwrap_or_else(fail);
-    let draw = |view| {
-        let frame = renderer.render(view).unwrap_or_else(fail);
+    let frames: Result<Vec<Frame>, Error> =
+        renderer.and_then(|renderer| views.iter().map(|view| renderer.render(view)).collect());
+    let frames = frames.unwrap_or_else(|error| panic!("{} {setting}: {error}", algorithm.name));
+    for frame in &frames {
         check_counts(algorithm, &frame.stats);
-        frame
-    };
-    Some(views.iter().map(draw).collect())
+    }
+    Some(frames)
 }
 
 /// How near to the truth an algorithm is with one entry of its sweep.

@@ -1,5 +1,6 @@
 //! Cameras with VTK's parameters.
 
+use crate::Unit as _;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -79,7 +80,7 @@ impl Camera {
         }
         // Below this sine, rounding of the inputs decides where up is.
         let sine = forward
-            .normalize()
+            .unit()
             .cross(self.view_up.normalize_or_zero())
             .length();
         if sine < 1e-9 {
@@ -112,8 +113,8 @@ impl Camera {
     /// Right × up points from the scene to the eye, so the frame is right-handed
     /// as (right, up, −forward).
     pub fn axes(&self) -> (DVec3, DVec3, DVec3) {
-        let forward = (self.focal_point - self.position).normalize();
-        let right = forward.cross(self.view_up.normalize()).normalize();
+        let forward = (self.focal_point - self.position).unit();
+        let right = forward.cross(self.view_up.unit()).unit();
         (right, right.cross(forward), forward)
     }
 
@@ -128,7 +129,7 @@ impl Camera {
                 let direction = forward + right * (x * aspect * half) + up * (y * half);
                 Ray {
                     origin: self.position,
-                    direction: direction.normalize(),
+                    direction: direction.unit(),
                 }
             }
             Projection::Orthographic { parallel_scale } => Ray {
@@ -378,7 +379,7 @@ impl Outline {
     fn at(origin: DVec3, from: CameraFit) -> Outline {
         let (toward_eye, view_up) = from.axes();
         let forward = -toward_eye;
-        let right = forward.cross(view_up).normalize();
+        let right = forward.cross(view_up).unit();
         Outline {
             origin,
             right,
@@ -474,8 +475,8 @@ impl CameraFit {
             CameraFit::MinusY => (DVec3::NEG_Y, DVec3::Z),
             CameraFit::PlusZ => (DVec3::Z, DVec3::Y),
             CameraFit::MinusZ => (DVec3::NEG_Z, DVec3::Y),
-            CameraFit::PlusIso => (DVec3::ONE.normalize(), DVec3::Z),
-            CameraFit::MinusIso => (-DVec3::ONE.normalize(), DVec3::Z),
+            CameraFit::PlusIso => (DVec3::ONE.unit(), DVec3::Z),
+            CameraFit::MinusIso => (-DVec3::ONE.unit(), DVec3::Z),
         }
     }
 }

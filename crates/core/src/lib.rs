@@ -72,8 +72,11 @@ pub mod settings;
 pub mod stop;
 pub mod text;
 pub mod transfer_function;
+mod unit;
 pub mod view;
 pub mod volume;
+
+pub use unit::Unit;
 
 pub use appearance::{
     Abilities, Appearance, ClipPlane, DepthCue, DirectionalLight, Isosurface, Lighting,

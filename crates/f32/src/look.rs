@@ -1,5 +1,6 @@
 //! Clip planes, depth cue and isosurfaces in f32, as `common/look.wgsl` reads them.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::appearance::Isosurface;
 use tetrascope_core::appearance::MAX_CLIP_PLANES;
 use tetrascope_core::glam::{DAffine3, DVec3};
@@ -67,7 +68,7 @@ pub fn look(
     let turned = |v: DVec3| space.transform_vector3(v);
     let mut planes = [[0.0; 4]; MAX_CLIP_PLANES];
     for (slot, plane) in planes.iter_mut().zip(&appearance.clip_planes) {
-        let normal = turned(plane.normal.normalize());
+        let normal = turned(plane.normal.unit());
         let point = space.transform_point3(normalization.point(plane.point));
         *slot = single(normal, -normal.dot(point));
     }

@@ -41,6 +41,7 @@ mod surface;
 mod walk;
 
 use std::ops::Range;
+use tetrascope_core::Unit as _;
 
 use tetrascope_core::appearance::{CueRamp, clip_ray};
 use tetrascope_core::glam::{DMat3, DVec3};
@@ -420,7 +421,7 @@ impl GridScene<'_> {
     /// By how much the times are off, all together, at which clip planes cross a ray.
     fn cut(&self, ray: &Ray) -> f64 {
         let planes = self.look.clip_planes.iter().map(|plane| {
-            let rise = plane.normal.normalize().dot(ray.direction).abs();
+            let rise = plane.normal.unit().dot(ray.direction).abs();
             // Where the plane lies counts as well as where the grid does.
             let far = self
                 .body

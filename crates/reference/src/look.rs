@@ -1,5 +1,6 @@
 //! The parts of an appearance beyond the integral: clip planes, depth cue, isosurfaces.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::appearance::{CueRamp, nearest_crossing};
 use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::{Appearance, Bounds, DirectionalLight, OpticalModel, TetMesh};
@@ -48,7 +49,7 @@ pub(crate) struct Hit {
 impl<'a> Look<'a> {
     pub(crate) fn new(appearance: &'a Appearance, bounds: &Bounds, frame: &RayFrame) -> Look<'a> {
         let planes = appearance.clip_planes.iter().map(|plane| {
-            let normal = frame.turned(plane.normal.normalize());
+            let normal = frame.turned(plane.normal.unit());
             (normal, normal.dot(frame.position(plane.point)))
         });
         let cue = appearance.depth_cue.map(|cue| {

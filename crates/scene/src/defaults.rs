@@ -1,5 +1,6 @@
 //! The defaults of a first picture: a side to look from, a range, an opacity.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::transfer_function::{MAX_OPACITY, OpacityRamp};
 use tetrascope_core::{CameraFit, Error, OpticalModel, Volume, number};
@@ -42,7 +43,7 @@ pub(crate) fn side_of(volume: &dyn Subject) -> (CameraFit, Option<&'static str>)
 /// seen in parallel.
 fn filled(axes: &[DVec3; 3], fit: CameraFit) -> f64 {
     let (toward_eye, view_up) = fit.axes();
-    let right = view_up.cross(toward_eye).normalize();
+    let right = view_up.cross(toward_eye).unit();
     let up = toward_eye.cross(right);
     let extent = |along: DVec3| axes.iter().map(|axis| axis.dot(along).abs()).sum::<f64>();
     let side = extent(right).max(extent(up));
@@ -280,7 +281,7 @@ mod tests {
     // From (1, 1, 1) a box of volume xyz has the shadow (xy + yz + zx)/√3.
     #[test]
     fn the_unit_distance_is_no_longer_than_what_rays_cross() {
-        let forward = -DVec3::ONE.normalize();
+        let forward = -DVec3::ONE.unit();
         let model = OpticalModel::EmissionAbsorption;
         let distance = |volume: &Volume, model| default_unit_distance(volume, model, forward).0;
         let slab = box_of(1000.0, 1000.0, 1.0);

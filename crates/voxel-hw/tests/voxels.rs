@@ -3,6 +3,7 @@
 mod common;
 
 use std::sync::Arc;
+use tetrascope_core::Unit as _;
 
 use common::{FIXED_AND_FLOAT, lattice, options, voxelize};
 use tetrascope_core::glam::{DMat3, DVec3};
@@ -335,7 +336,7 @@ fn cells_that_snapping_inverts_are_left_out() {
     for _ in 0..200 {
         let mut point = || 4.0 + 3.5 * DVec3::new(random(), random(), random());
         let [a, b, c] = [point(), point(), point()];
-        let normal = (b - a).cross(c - a).normalize();
+        let normal = (b - a).cross(c - a).unit();
         let d = (a + b + c) / 3.0 + 1e-4 * normal;
         let mesh = mesh((vec![a, b, c, d], vec![[0, 1, 2, 3]]), |p| p.x);
         let volume = voxelize(&mesh, [8; 3], VoxelizerOptions::default());

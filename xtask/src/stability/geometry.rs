@@ -1,6 +1,7 @@
 //! Cells and meshes without the shape that algorithms like.
 
 use std::f64::consts::TAU;
+use tetrascope::core::Unit as _;
 
 use tetrascope::core::glam::{DMat3, DVec3};
 use tetrascope::core::mesh::{Association, Cells};
@@ -335,8 +336,8 @@ fn torus_knot() -> Case {
         )
     };
     let corner = |i: usize, j: usize| {
-        let tangent = (center(i + 1) - center(i + around - 1)).normalize();
-        let normal = tangent.cross(DVec3::Z).normalize();
+        let tangent = (center(i + 1) - center(i + around - 1)).unit();
+        let normal = tangent.cross(DVec3::Z).unit();
         let angle = TAU * j as f64 / 4.0;
         center(i) + 0.12 * (normal * angle.cos() + normal.cross(tangent) * angle.sin())
     };

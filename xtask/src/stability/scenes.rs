@@ -1,5 +1,6 @@
 //! The parts of which the suite's scenes are made.
 
+use tetrascope::core::Unit as _;
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::mesh::Association;
 use tetrascope::core::view::TRANSPARENT;
@@ -170,7 +171,7 @@ pub(super) fn whole(volume: &Volume) -> View {
 
 /// Parallel rays from `position` to `focal_point`; so much of the world is seen above the middle.
 pub(super) fn parallel(position: DVec3, focal_point: DVec3, parallel_scale: f64) -> View {
-    let along_z = (focal_point - position).normalize().z.abs() > 0.9;
+    let along_z = (focal_point - position).unit().z.abs() > 0.9;
     seen(Camera {
         position,
         focal_point,

@@ -6,6 +6,7 @@
 use proptest::prelude::*;
 use proptest::test_runner::{Config, FileFailurePersistence};
 use tetrascope::Algorithm;
+use tetrascope::core::Unit as _;
 use tetrascope::core::glam::{DMat3, DVec3};
 use tetrascope::core::mesh::Association;
 use tetrascope::core::view::TRANSPARENT;
@@ -162,7 +163,7 @@ impl Recipe {
         if (position - focal_point).length() < 0.05 * size {
             position += 0.2 * size * DVec3::ONE;
         }
-        let forward = (focal_point - position).normalize();
+        let forward = (focal_point - position).unit();
         let view = View {
             camera: Camera {
                 position,

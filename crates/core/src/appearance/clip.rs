@@ -1,5 +1,6 @@
 //! Clip planes: what is cut away, and what is left of a ray.
 
+use crate::Unit as _;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -49,7 +50,7 @@ impl ClipPlane {
 
     /// The distance of `p` from the plane, positive on the side that stays, world units.
     pub fn distance(&self, p: DVec3) -> f64 {
-        self.normal.normalize().dot(p - self.point)
+        self.normal.unit().dot(p - self.point)
     }
 }
 
@@ -61,7 +62,7 @@ impl ClipPlane {
 pub fn clip_ray(planes: &[ClipPlane], ray: &Ray) -> [f64; 2] {
     let [mut near, mut far] = [0.0f64, f64::INFINITY];
     for plane in planes {
-        let normal = plane.normal.normalize();
+        let normal = plane.normal.unit();
         let height = normal.dot(ray.origin - plane.point);
         let rise = normal.dot(ray.direction);
         if rise > 0.0 {

@@ -1,5 +1,6 @@
 //! Directional lights on surfaces.
 
+use crate::Unit as _;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -89,7 +90,7 @@ impl Lighting {
             }];
         }
         let unit = |light: &DirectionalLight| DirectionalLight {
-            toward: light.toward.normalize(),
+            toward: light.toward.unit(),
             ..*light
         };
         self.lights.iter().map(unit).collect()
@@ -112,7 +113,7 @@ impl Lighting {
         let largest = gradient.abs().max_element();
         let mut normal = DVec3::ZERO;
         if largest > 0.0 && largest.is_finite() {
-            normal = (gradient / largest).normalize();
+            normal = (gradient / largest).unit();
             if normal.dot(direction) > 0.0 {
                 normal = -normal;
             }

@@ -1,5 +1,6 @@
 //! Lattices for samples that are yet to be taken: over a box, or on a plane through it.
 
+use crate::Unit as _;
 use glam::{DMat3, DVec3};
 
 use super::{Interpolation, Lattice};
@@ -83,13 +84,13 @@ impl Lattice {
                 help: Some("give a point, a normal that is not 0, and 1 sample or more".into()),
             });
         }
-        let normal = (normal / largest).normalize();
+        let normal = (normal / largest).unit();
         let upright = if normal.z.abs() > 1.0 - 1e-9 {
             DVec3::Y
         } else {
             DVec3::Z
         };
-        let up = (upright - normal * normal.dot(upright)).normalize();
+        let up = (upright - normal * normal.dot(upright)).unit();
         let right = up.cross(normal);
         let met = met(bounds, point, normal);
         let along = |axis: DVec3| {
@@ -235,7 +236,7 @@ mod tests {
                 bounds.center() + 0.3 * bounds.size() * DVec3::new(turn(3.0), turn(5.0), 0.1);
             let lattice = Lattice::on_plane(&bounds, point, normal, 64).expect("it cuts");
             assert_eq!(lattice.dims[0].max(lattice.dims[1]), 64);
-            for corner in met(&bounds, point, normal.normalize()) {
+            for corner in met(&bounds, point, normal.unit()) {
                 let at =
                     (lattice.direction.transpose() * (corner - lattice.origin)) / lattice.spacing.x;
                 // Within the squares around the samples, but for what counts round down.

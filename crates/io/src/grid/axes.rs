@@ -1,6 +1,7 @@
 //! Axes that are perpendicular but for rounding, or nearly.
 
 use tetrascope_core::Error;
+use tetrascope_core::Unit;
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::{Interpolation, Lattice};
 
@@ -61,7 +62,7 @@ pub(crate) fn lattice(
 
 /// The nearest axes that are perpendicular, by their directions; `None` if there are none.
 fn perpendicular(axes: [DVec3; 3]) -> Option<[DVec3; 3]> {
-    let directions = axes.map(DVec3::normalize);
+    let directions = axes.map(Unit::unit);
     let mut near = DMat3::from_cols_array_2d(&directions.map(|d| d.to_array()));
     // The orthogonal factor of the polar decomposition, by Newton's method (Higham 1986):
     // it converges from any regular matrix, quadratically near the end.

@@ -1,6 +1,7 @@
 //! Orders that know whether they are right, and lists longer than one turn sorts.
 
 use std::f64::consts::TAU;
+use tetrascope_core::Unit as _;
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::{Cells, FACES};
@@ -277,7 +278,7 @@ fn a_cycle_in_a_convex_mesh_is_sorted_in_each_pixel() {
             let view = crooked(&volume, i % 2 == 0, 64);
             let (sin, cos) = turn.sin_cos();
             let center = volume.bounds().center();
-            let away = DVec3::new(cos, sin, (0.7 * turn).sin()).normalize();
+            let away = DVec3::new(cos, sin, (0.7 * turn).sin()).unit();
             let camera = Camera {
                 position: center + 3.0 * volume.bounds().diagonal() * away,
                 focal_point: center,

@@ -1,5 +1,6 @@
 //! Isosurfaces against the ground truth, in any order of cells, and among other geometry.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::{DMat4, DVec3, DVec4};
 use tetrascope_core::{
     Appearance, Camera, CameraFit, DirectionalLight, Frame, Isosurface, Knot, Lighting,
@@ -472,9 +473,9 @@ fn surfaces_hide_and_are_hidden_by_other_geometry() {
     let bounds = volume.bounds();
     let appearance = surfaces(&[0.8]);
     // A plane that cuts off a part of the sphere toward the eye, wider than the image.
-    let middle = 0.5 * DVec3::ONE.normalize();
-    let normal = DVec3::new(0.3, 0.2, 1.0).normalize();
-    let across = normal.cross(DVec3::X).normalize();
+    let middle = 0.5 * DVec3::ONE.unit();
+    let normal = DVec3::new(0.3, 0.2, 1.0).unit();
+    let across = normal.cross(DVec3::X).unit();
     let along = normal.cross(across);
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(a, b)| middle + 20.0 * (a * across + b * along));

@@ -1,5 +1,6 @@
 //! The rays of a view in the space of a grid's cells.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::appearance::{CueRamp, clip_ray};
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::{Appearance, ClipPlane, Grid, Projection, Ray, View};
@@ -88,7 +89,7 @@ impl<'a> Rays<'a> {
         let eye = self.view.camera.position;
         let across = self.right * x + self.up * y;
         let (origin, direction) = match self.view.camera.projection {
-            Projection::Perspective { .. } => (eye, (self.forward + across).normalize()),
+            Projection::Perspective { .. } => (eye, (self.forward + across).unit()),
             Projection::Orthographic { .. } => (eye + across, self.forward),
         };
         let line = Line {

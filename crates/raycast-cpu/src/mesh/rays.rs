@@ -1,5 +1,6 @@
 //! The rays of a block of pixels, each sheared so that it is the z axis (Woop, Benthin, Wald 2013).
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::appearance::CueRamp;
 use tetrascope_core::glam::{DVec3, DVec4, Vec3Swizzles as _};
 use tetrascope_core::{Appearance, Bounds, View};
@@ -113,7 +114,7 @@ impl<'a> Camera<'a> {
         ends: Option<&'a [f64]>,
     ) -> Camera<'a> {
         let planes = appearance.clip_planes.iter().map(|plane| {
-            let normal = plane.normal.normalize();
+            let normal = plane.normal.unit();
             normal.extend(normal.dot(normalization.point(plane.point)))
         });
         let cue = appearance.depth_cue.map(|cue| {

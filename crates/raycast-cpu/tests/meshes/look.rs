@@ -1,5 +1,6 @@
 //! Clip planes, depth cue, isosurfaces and opaque things in the way.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
     Appearance, CameraFit, ClipPlane, DepthCue, OpticalModel, Volume, VolumeRenderer as _,
@@ -59,7 +60,7 @@ fn what_planes_cut_away_is_left_out_behind() {
     let whole = visits(&appearance);
     // All but the part near the camera.
     appearance.clip_planes = vec![ClipPlane {
-        point: volume.bounds().center() + 0.5 * DVec3::ONE.normalize(),
+        point: volume.bounds().center() + 0.5 * DVec3::ONE.unit(),
         normal: DVec3::ONE,
     }];
     let near = visits(&appearance);

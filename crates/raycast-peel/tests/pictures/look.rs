@@ -1,5 +1,6 @@
 //! Clip planes, depth cue and isosurfaces against the ground truth.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
     Appearance, CameraFit, ClipPlane, DepthCue, Knot, OpticalModel, Scalars, TransferFunction,
@@ -105,7 +106,7 @@ fn what_planes_cut_away_is_not_visited() {
     let whole = rays.render(&view).expect("a frame").stats.get(CELL_VISITS);
     // All but the part near the camera.
     appearance.clip_planes = vec![ClipPlane {
-        point: volume.bounds().center() + 0.5 * DVec3::ONE.normalize(),
+        point: volume.bounds().center() + 0.5 * DVec3::ONE.unit(),
         normal: DVec3::ONE,
     }];
     let (rays, _) = new(&gpu, &volume, &appearance);

@@ -1,5 +1,6 @@
 //! Rays that hit what rays should not hit, meshes that should not be, and extreme numbers.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 use tetrascope_core::{
@@ -40,7 +41,7 @@ fn rays_through_vertices_edges_and_faces_lose_and_double_nothing() {
             // Lattice points and the middles between them.
             let through = DVec3::new(0.5, i as f64 / (2 * n) as f64, j as f64 / (2 * n) as f64);
             for direction in directions {
-                let direction = direction.normalize();
+                let direction = direction.unit();
                 let ray = Ray {
                     origin: through - 4.0 * direction,
                     direction,
@@ -77,7 +78,7 @@ fn any_extinction_is_exact() {
     let cube = mesh(kuhn(3, DVec3::ZERO, DVec3::ONE), |p| p.x);
     for sigma in [0.0, 1e-30, 1e-8, 1.0, 88.0, 1e6, 1e30] {
         let truth = reference(&cube, &grey(sigma));
-        let direction = DVec3::new(0.1, 0.2, 0.9).normalize();
+        let direction = DVec3::new(0.1, 0.2, 0.9).unit();
         let ray = Ray {
             origin: DVec3::splat(0.4) - 2.0 * direction,
             direction,
@@ -341,7 +342,7 @@ fn cell_data_is_constant_in_each_cell() {
     let mesh = TetMesh::from_tetrahedra(points, cells, scalars).expect("valid");
     let knots = vec![knot(0.0, [0.0; 3], 0.0), knot(47.0, [1.0; 3], 47.0)];
     let truth = reference(&mesh, &appearance(knots, OpticalModel::Absorption));
-    let direction = DVec3::new(0.3, -0.5, 0.8).normalize();
+    let direction = DVec3::new(0.3, -0.5, 0.8).unit();
     let ray = Ray {
         origin: DVec3::splat(0.45) - 3.0 * direction,
         direction,

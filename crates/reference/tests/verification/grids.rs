@@ -2,6 +2,7 @@
 
 use crate::closed_forms::check;
 use crate::scenes::*;
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::{DMat3, DQuat, DVec3};
 use tetrascope_core::grid::Samples;
 use tetrascope_core::optics::{RayIntegral, Segment};
@@ -303,7 +304,7 @@ fn the_extremes_of_a_cubic_count() {
     );
     let ray = Ray {
         origin: DVec3::new(-1.0, -1.0, 0.3),
-        direction: DVec3::new(1.0, 1.0, 0.0).normalize(),
+        direction: DVec3::new(1.0, 1.0, 0.0).unit(),
     };
     let trace = truth(&grid, &look).trace(&ray).expect("a valid ray");
     assert_eq!(trace.intervals.len(), 1);

@@ -1,5 +1,6 @@
 //! All samples against f64, cell by cell, and how often each is written.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::grid::Interpolation;
 use tetrascope_core::mesh::Association;
@@ -46,7 +47,7 @@ fn turned(lattice: Lattice, direction: DMat3) -> Lattice {
 
 /// A rotation by no round angle about no axis.
 fn rotation() -> DMat3 {
-    DMat3::from_axis_angle(DVec3::new(1.0, -2.0, 0.5).normalize(), 0.7)
+    DMat3::from_axis_angle(DVec3::new(1.0, -2.0, 0.5).unit(), 0.7)
 }
 
 fn tuning(gpu: &Gpu) -> Tuning {

@@ -1,3 +1,4 @@
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::{DMat3, DVec2, DVec3};
 
 use super::*;
@@ -157,7 +158,7 @@ fn shapes_seen_from_anywhere_are_tiled_once() {
     for case in 0..20_000 {
         let thin = [1.0, 0.1, 1e-3][case % 3];
         let turn = DMat3::from_axis_angle(
-            DVec3::new(random(), random(), random() + 1e-3).normalize(),
+            DVec3::new(random(), random(), random() + 1e-3).unit(),
             6.0 * random(),
         );
         let p: [Vec4; 4] = std::array::from_fn(|_| {

@@ -1,6 +1,7 @@
 //! The polygons against an independent clip of the box by the plane, in f64.
 
 use std::f64::consts::PI;
+use tetrascope_core::Unit as _;
 
 use tetrascope_core::glam::{DVec3, Vec3};
 
@@ -45,7 +46,7 @@ fn exact_cut(cut: &SlicedBox, normal: DVec3, offset: f64, near: f64) -> Vec<DVec
     let middle = found.iter().sum::<DVec3>() / found.len().max(1) as f64;
     let across = normal.any_orthonormal_vector();
     // Right and up of an eye that looks along the normal: right × up points to it.
-    let up = across.cross(normal.normalize());
+    let up = across.cross(normal.unit());
     let angle = |p: &DVec3| (*p - middle).dot(up).atan2((*p - middle).dot(across));
     found.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
     found
@@ -62,7 +63,7 @@ fn area(polygon: &[DVec3], toward: DVec3) -> f64 {
 /// Checks the result of the vertex program, with `rounding` as the accuracy of a corner.
 fn check(cut: &SlicedBox, normal: Vec3, offset: f32, test: PlaneTest, rounding: f64) {
     let context = || format!("{test:?} {cut:?} normal {normal} offset {offset}");
-    let unit = normal.as_dvec3().normalize();
+    let unit = normal.as_dvec3().unit();
     let exact = exact_cut(cut, normal.as_dvec3(), f64::from(offset), rounding);
     let found = polygon(cut, normal, offset, test);
     if exact.len() < 3 {
@@ -186,7 +187,7 @@ fn areas_of_the_unit_cube_are_the_closed_forms() {
         for test in [PlaneTest::Published, PlaneTest::Sides] {
             let corners = polygon(&cut, Vec3::ONE, k, test);
             let corners = corners.map(|p| p.expect("the plane cuts the cube").as_dvec3());
-            let is = area(&corners, DVec3::ONE.normalize());
+            let is = area(&corners, DVec3::ONE.unit());
             // Six corners, each within 2⁻²³ of its place, in a figure of diameter √2.
             assert!((is - expected).abs() < 1e-6, "{k}: {is}");
         }
@@ -201,7 +202,7 @@ fn slices_add_up_to_the_volume() {
         low: Vec3::splat(-1.0),
         size: Vec3::new(2.0, 3.0, 1.0),
     };
-    let normal = Vec3::new(0.3, -0.5, 0.8).normalize();
+    let normal = Vec3::new(0.3, -0.5, 0.8).unit();
     let heights = [0, 1, 2, 3, 4, 5, 6, 7].map(|c| cut.corner(c).dot(normal));
     let low = heights.iter().copied().fold(f32::MAX, f32::min);
     let high = heights.iter().copied().fold(f32::MIN, f32::max);

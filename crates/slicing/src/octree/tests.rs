@@ -1,3 +1,4 @@
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::DMat3;
 use tetrascope_core::{Grid, Knot, OpticalModel, TransferFunction};
 
@@ -105,8 +106,8 @@ fn boxes_come_back_to_front() {
             for target in places([9, 7, 5]) {
                 let target = DVec3::from_array(target.map(|t| t as f64 * 7.9 + 0.3));
                 let (start, direction) = match viewer {
-                    Viewer::Eye(eye) => (eye, (target - eye).normalize()),
-                    Viewer::Direction(d) => (target - 200.0 * d.normalize(), d.normalize()),
+                    Viewer::Eye(eye) => (eye, (target - eye).unit()),
+                    Viewer::Direction(d) => (target - 200.0 * d.unit(), d.unit()),
                 };
                 let mut last = usize::MAX;
                 for i in 0..4000 {

@@ -1,6 +1,7 @@
 //! The parts that `restyle` changes: an appearance, and what a volume needs to be drawn with it.
 
 use std::sync::Arc;
+use tetrascope_core::Unit as _;
 
 use tetrascope_core::appearance::ClipPlane;
 use tetrascope_core::glam::Vec4;
@@ -151,7 +152,7 @@ impl Parts<'_> {
 /// Clip planes in the lattice, as the half-spaces n · p + d ≥ 0 that they keep.
 fn clip_planes(planes: &[ClipPlane], lattice: &Lattice) -> Vec<Vec4> {
     let of = |plane: &ClipPlane| {
-        let normal = plane.normal.normalize();
+        let normal = plane.normal.unit();
         let in_lattice = lattice.linear().transpose() * normal;
         let offset = normal.dot(lattice.origin - plane.point);
         // Any positive factor will do; this one keeps the numbers near 1.

@@ -1,5 +1,6 @@
 //! Gaps, clip planes, light, filtering, and the renderer's contract.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::Samples;
 use tetrascope_core::{
@@ -107,7 +108,7 @@ fn light_follows_the_gradient() {
             let lit = draw(&gpu, &grid, &appearance, &options, &view);
             let plain = draw(&gpu, &grid, &appearance, &Default::default(), &view);
             let mut rays = pixels(&view, |ray| {
-                let facing = ray.direction.dot(slope.normalize()).abs();
+                let facing = ray.direction.dot(slope.unit()).abs();
                 [facing, 0.0, 0.0, 0.0]
             })
             .into_iter();

@@ -4,13 +4,13 @@ use tetrascope_core::glam::DVec3;
 use tetrascope_core::grid::Samples;
 use tetrascope_core::{
     Appearance, Bounds, ClipPlane, DepthCue, Frame, Grid, Isosurface, OpticalModel,
-    TransferFunction, View,
+    TransferFunction, View, Volume, VolumeRenderer as _,
 };
 use tetrascope_gpu::Gpu;
 use tetrascope_slicing::counters::{BRICKS_DRAWN, VERTICES};
 use tetrascope_slicing::{
-    Crossing, Filtering, Gradient, Integration, Level, Shading, SlabEnds, Slicer, SlicingOptions,
-    StepLength, Storage, Traversal,
+    Crossing, Filtering, Gradient, Integration, Level, Shading, SlabEnds, Slicer, Slicing,
+    SlicingOptions, StepLength, Storage, Traversal,
 };
 
 use crate::support::*;
@@ -54,21 +54,28 @@ fn with_all(look: Appearance, grid: &Grid) -> Appearance {
     }
 }
 
-/// The same picture by rays and by polygons.
+/// The same pictures by rays and by polygons, for each view.
 fn both(
     gpu: &Gpu,
     grid: &Grid,
     look: &Appearance,
     options: &SlicingOptions,
-    view: &View,
-) -> [Frame; 2] {
-    [Slicer::Rays, Slicer::VertexProgram].map(|slicer| {
+    views: &[View],
+) -> Vec<[Frame; 2]> {
+    let drawn = |slicer| {
         let options = SlicingOptions {
             slicer,
             ..options.clone()
         };
-        draw(gpu, grid, look, &options, view)
-    })
+        let volume = Volume::Grid(grid.clone());
+        let slicing = Slicing::new(gpu, &volume, look, &options).expect("the grid fits");
+        let draw = |view| slicing.render(view).expect("the view is valid");
+        views.iter().map(draw).collect::<Vec<Frame>>()
+    };
+    let pairs = drawn(Slicer::Rays)
+        .into_iter()
+        .zip(drawn(Slicer::VertexProgram));
+    pairs.map(|(rays, polygons)| [rays, polygons]).collect()
 }
 
 /// That both pictures have the same slabs, which are added up in another order.
@@ -146,8 +153,9 @@ fn rays_have_the_slabs_of_polygons() {
             for model in OpticalModel::VOLUMETRIC {
                 let plain = appearance(&ramp(9.0), model);
                 for look in [plain.clone(), with_all(plain, &grid)] {
-                    for (name, view) in views(&grid) {
-                        let frames = both(&gpu, &grid, &look, options, &view);
+                    let (names, views): (Vec<_>, Vec<_>) = views(&grid).into_iter().unzip();
+                    let frames = both(&gpu, &grid, &look, options, &views);
+                    for (name, frames) in names.into_iter().zip(frames) {
                         let context = format!("{kind} {setting} {model:?} {name}");
                         let dark = model == OpticalModel::Absorption;
                         assert!(dark || shows(&frames[0]), "{context}");
@@ -179,8 +187,9 @@ fn rays_meet_the_surfaces_of_polygons() {
                         level: Level::Fixed(1),
                         ..Default::default()
                     };
-                    for (name, view) in views(&grid) {
-                        let frames = both(&gpu, &grid, &look, &options, &view);
+                    let (names, views): (Vec<_>, Vec<_>) = views(&grid).into_iter().unzip();
+                    let frames = both(&gpu, &grid, &look, &options, &views);
+                    for (name, frames) in names.into_iter().zip(frames) {
                         let context = format!("{kind} {crossing:?} {gradient:?} {name}");
                         assert!(shows(&frames[0]), "{context}");
                         assert_same_slabs(&frames, OpticalModel::Isosurfaces, 0, &context);
@@ -215,13 +224,20 @@ fn a_ray_is_drawn_in_runs() {
     for knots in [3, 3000, 16_000] {
         for model in [OpticalModel::EmissionAbsorption, OpticalModel::Emission] {
             let look = appearance(&teeth(knots), model);
-            for ((name, view), fewer) in views(&grid).into_iter().zip(&mut fewer) {
-                let view = View {
-                    width: 16,
-                    height: 16,
-                    ..view
-                };
-                let frames = both(&gpu, &grid, &look, &options, &view);
+            let small = |(name, view)| {
+                let (width, height) = (16, 16);
+                (
+                    name,
+                    View {
+                        width,
+                        height,
+                        ..view
+                    },
+                )
+            };
+            let (names, views): (Vec<_>, Vec<_>) = views(&grid).into_iter().map(small).unzip();
+            let frames = both(&gpu, &grid, &look, &options, &views);
+            for ((name, frames), fewer) in names.into_iter().zip(frames).zip(&mut fewer) {
                 let context = format!("{knots} {model:?} {name}");
                 assert!(shows(&frames[0]), "{context}");
                 assert_same_slabs(&frames, model, slabs(&grid, &options), &context);
@@ -284,7 +300,9 @@ fn a_streamed_volume_is_drawn_in_polygons() {
         memory_budget: 5 * 2 * 4 * 19_u64.pow(3),
         ..Default::default()
     };
-    let frames = both(&gpu, &grid, &look, &options, &view);
+    let [frames] = &both(&gpu, &grid, &look, &options, &[view])[..] else {
+        panic!("one for the view");
+    };
     assert_eq!(between(&frames[0], &frames[1]).1, 0.0);
     let says = |frame: &Frame| {
         frame

@@ -1,5 +1,6 @@
 //! Small volumes, views, and the exact pictures to compare with.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::glam::{DMat3, DVec3};
 use tetrascope_core::{
     Appearance, Camera, CameraFit, Frame, Grid, OpticalModel, Projection, Ray, TransferFunction,
@@ -18,7 +19,7 @@ pub(crate) fn cube(n: usize) -> Place {
 
 /// Turned, flipped and with three different spacings, far from the origin.
 pub(crate) fn skewed() -> Place {
-    let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
+    let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).unit(), 0.7);
     Place {
         dims: [14, 23, 9],
         origin: DVec3::new(1000.0, -2000.0, 500.0),

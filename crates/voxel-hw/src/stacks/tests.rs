@@ -1,5 +1,6 @@
 //! Pictures against the exact ones of the same grids.
 
+use tetrascope_core::Unit as _;
 use tetrascope_core::appearance::{ClipPlane, DepthCue};
 use tetrascope_core::glam::{DMat3, DMat4, DVec3, DVec4};
 use tetrascope_core::grid::Samples;
@@ -36,7 +37,7 @@ fn exact(grid: &Grid, look: &Appearance, view: &View) -> Vec<[f64; 4]> {
 
 /// Turned, mirrored and with three different spacings, far from the origin.
 fn skewed() -> Place {
-    let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
+    let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).unit(), 0.7);
     Place {
         dims: [14, 23, 9],
         origin: DVec3::new(1000.0, -2000.0, 500.0),
@@ -58,7 +59,7 @@ fn views(grid: &Grid) -> Vec<(String, View)> {
             for orthographic in [false, true] {
                 let mut camera = Camera::fit(&bounds, CameraFit::PlusX, orthographic, 1.0);
                 let distance = (camera.position - bounds.center()).length();
-                camera.position = bounds.center() + distance * eye.normalize();
+                camera.position = bounds.center() + distance * eye.unit();
                 camera.view_up = aside;
                 let name = format!("axis {axis}, {sign}, parallel: {orthographic}");
                 all.push((name, view(camera, SIDE)));
@@ -291,7 +292,7 @@ fn three_stacks_agree_along_the_diagonal() {
                         let distance = (camera.position - bounds.center()).length();
                         let mut eye = DVec3::ONE;
                         eye[axis] += 1e-6;
-                        camera.position = bounds.center() + sign * distance * eye.normalize();
+                        camera.position = bounds.center() + sign * distance * eye.unit();
                         let view = view(camera, SIDE);
                         let plane = ImagePlane::new(&view, &stacks.layers.normalization);
                         assert_eq!(stacks.stacked(&view, &plane).axis, axis);

@@ -1,3 +1,4 @@
+use crate::Unit as _;
 use glam::DVec3;
 
 use super::shapes::{Curved, Family};
@@ -356,7 +357,7 @@ fn parts_of_neighbors_of_every_kind_meet() {
 fn ball() -> (Vec<DVec3>, Cells, Scalars) {
     let nodes = reference(29).into_iter().map(|p| {
         let q = 2.0 * p - 1.0;
-        if q == DVec3::ZERO { q } else { q.normalize() }
+        if q == DVec3::ZERO { q } else { q.unit() }
     });
     let points: Vec<DVec3> = nodes.collect();
     let values = points.iter().map(|p| p.x).collect();

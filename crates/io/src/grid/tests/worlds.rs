@@ -1,6 +1,7 @@
 //! Where files say that their samples lie.
 
 use super::*;
+use tetrascope_core::Unit as _;
 
 /// A lattice as NRRD writes it, for its samples as shorts.
 fn nrrd(space: &str, axes: [DVec3; 3], origin: DVec3) -> Vec<u8> {
@@ -58,7 +59,7 @@ fn one_volume_lies_at_one_place_in_every_format() {
         let space = format!("space: {space}\n");
         nrrd(&space, axes.map(|axis| axis * signs), origin * signs)
     };
-    let [x, y, z] = axes.map(|axis| axis.normalize());
+    let [x, y, z] = axes.map(|axis| axis.unit());
     let numbers = [x, y, z]
         .map(|v| format!("{} {} {}", v.x, v.y, v.z))
         .join(" ");

@@ -301,7 +301,7 @@ pub(crate) struct ResampleArgs {
     /// The box in which samples are taken, world space [default: the mesh's]
     #[arg(long, value_name = "X0,X1,Y0,Y1,Z0,Z1", value_parser = region, allow_hyphen_values = true)]
     pub(crate) region: Option<Bounds>,
-    /// What stands for samples outside of the mesh
+    /// The value of samples outside of the mesh
     #[arg(long, value_name = "VALUE", value_parser = outside, default_value = "nan", allow_hyphen_values = true)]
     pub(crate) outside: f32,
     /// How samples in cells are found: computed, or drawn as published in one or two passes
@@ -341,7 +341,7 @@ pub(crate) struct SliceArgs {
     /// The color map's range, in the field's units [default: the section's]
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
     pub(crate) range: Option<[f64; 2]>,
-    /// What is outside of the mesh in a picture
+    /// The color of a picture outside of the mesh
     #[arg(long, value_name = "COLOR", value_parser = background, default_value = "transparent", allow_hyphen_values = true)]
     pub(crate) background: [f32; 4],
     /// Where to write: .png or .exr (a picture), .npy or .vti (numbers) [default: NAME-slice.png here]
