@@ -58,7 +58,8 @@ impl Groups {
         }
         starts.push(member_count);
         // Parts write to places of their own, though not side by side: atomic without order.
-        let members: Vec<AtomicU32> = (0..member_count).map(|_| AtomicU32::new(0)).collect();
+        let members = (0..member_count).into_par_iter();
+        let members: Vec<AtomicU32> = members.map(|_| AtomicU32::new(0)).collect();
         let parts = items.par_chunks(part_length).zip(counts);
         parts.enumerate().for_each(|(part, (items, mut counts))| {
             let numbers = (part * part_length) as u32..item_count;
