@@ -609,17 +609,15 @@ fn check_point(points: &[DVec3], cell: usize, point: u64) -> Result<u32, Error> 
             "cell {cell} uses point {point}, but there are {} points, counted from 0",
             points.len()
         ))),
-        Some(p) if !lies_well(p) => {
-            Err(Error::Invalid {
-                what: format!(
-                    "cell {cell} uses point {point}, which lies at ({}, {}, {})",
-                    p.x, p.y, p.z
-                ),
-                help: Some(format!(
-                    "coordinates must be finite and at most {LARGEST_COORDINATE:e} in magnitude"
-                )),
-            })
-        }
+        Some(p) if !lies_well(p) => Err(Error::Invalid {
+            what: format!(
+                "cell {cell} uses point {point}, which lies at ({}, {}, {})",
+                p.x, p.y, p.z
+            ),
+            help: Some(format!(
+                "coordinates must be finite and at most {LARGEST_COORDINATE:e} in magnitude"
+            )),
+        }),
         Some(_) => Ok(u32::try_from(point).expect("checked with the counts")),
     }
 }

@@ -218,7 +218,9 @@ impl Pairs<'_> {
                 Found {
                     crowded: 1,
                     joined: 0,
-                    duplicates: crowd.windows(2).any(|pair| pair[0].fourth == pair[1].fourth),
+                    duplicates: crowd
+                        .windows(2)
+                        .any(|pair| pair[0].fourth == pair[1].fourth),
                 }
             }
         }
