@@ -86,6 +86,11 @@ impl Groups {
         &self.members[self.range(group)]
     }
 
+    /// The members of several groups, one group after the other.
+    pub fn members_of_all(&self, groups: Range<usize>) -> &[u32] {
+        &self.members[self.starts[groups.start]..self.starts[groups.end]]
+    }
+
     fn range(&self, group: usize) -> Range<usize> {
         self.starts[group]..self.starts[group + 1]
     }

@@ -24,6 +24,9 @@ pub(super) struct Adjacency {
     pub(super) has_duplicates: bool,
 }
 
+/// Groups whose cells are fetched before they are looked at.
+const TOGETHER: usize = 16;
+
 impl Adjacency {
     /// Pairs faces between the same places, in parallel. O(n) as long as no place has more than
     /// some dozen faces; those of one place are sorted.
@@ -47,18 +50,27 @@ impl Adjacency {
                 .map(|_| [NO_NEIGHBOR; 4].map(AtomicU32::new))
                 .collect(),
         };
-        let find = |faces: &mut Faces, least: usize| {
-            faces.clear();
-            for &cell in groups.members(least) {
-                faces.add(places[cell as usize], least as u32, cell);
-            }
-            faces.sort();
+        let find = |(faces, fetched): &mut (Faces, Vec<[u32; 4]>), batch: usize| {
+            let first = batch * TOGETHER;
+            let batch = first..groups.count().min(first + TOGETHER);
+            // Memory that is asked for together arrives together.
+            let cells = groups.members_of_all(batch.clone()).iter();
+            fetched.clear();
+            fetched.extend(cells.map(|&cell| places[cell as usize]));
+            let mut fetched = fetched.iter();
             let mut found = Found::default();
-            faces.for_each_run(|same| found = found.and(pairs.pair(same)));
+            for least in batch {
+                faces.clear();
+                for (&cell, &places) in groups.members(least).iter().zip(&mut fetched) {
+                    faces.add(places, least as u32, cell);
+                }
+                faces.sort();
+                faces.for_each_run(|same| found = found.and(pairs.pair(same)));
+            }
             found
         };
-        let found = (0..groups.count()).into_par_iter();
-        let found = found.map_init(Faces::default, find);
+        let found = (0..groups.count().div_ceil(TOGETHER)).into_par_iter();
+        let found = found.map_init(Default::default, find);
         let found = found.reduce(Found::default, Found::and);
         drop(groups);
 
@@ -259,7 +271,8 @@ pub(super) fn ascending([a, b, c, d]: [u32; 4]) -> [(u32, u8); 4] {
     let (a, c) = (a.min(c), a.max(c));
     let (b, d) = (b.min(d), b.max(d));
     let (b, c) = (b.min(c), b.max(c));
-    [a, b, c, d].map(|numbered| ((numbered >> 2) as u32, (numbered & 3) as u8))
+    let apart = |numbered: u64| ((numbered >> 2) as u32, (numbered & 3) as u8);
+    [apart(a), apart(b), apart(c), apart(d)]
 }
 
 #[cfg(test)]

@@ -190,18 +190,25 @@ pub(super) fn orient_tetrahedra(
 ) -> Pieces {
     let orient = |cells: &mut [[u32; 4]]| {
         let [mut flipped, mut degenerate, mut collapsed] = [0; 3];
-        for tetrahedron in cells {
-            if places.coincide(*tetrahedron) {
-                collapsed += 1;
-                continue;
+        // Memory that is asked for together arrives together.
+        let mut positions = [[DVec3::ZERO; 4]; 16];
+        for cells in cells.chunks_mut(positions.len()) {
+            for (position, cell) in positions.iter_mut().zip(&*cells) {
+                *position = corners_of(*cell, points);
             }
-            let found = orientation(corners_of(*tetrahedron, points));
-            if found.sign < 0 {
-                flipped += 1;
-                tetrahedron.swap(2, 3);
+            for (position, cell) in positions.iter().zip(cells) {
+                if places.coincide(*cell) {
+                    collapsed += 1;
+                    continue;
+                }
+                let found = orientation(*position);
+                if found.sign < 0 {
+                    flipped += 1;
+                    cell.swap(2, 3);
+                }
+                // In the other order, all numbers are the same but for their signs.
+                degenerate += usize::from(found.degenerate);
             }
-            // In the other order, all numbers are the same but for their signs.
-            degenerate += usize::from(found.degenerate);
         }
         [flipped, degenerate, collapsed]
     };
