@@ -100,9 +100,6 @@ fn fingers_steps_files_algorithms_handles_and_a_second_page() {
     let line = format!("{} --background black", series(folder.path()));
     let viewer = Viewer::start(&line);
     let mut tab = Tab::open(&browser.endpoint, &viewer.url);
-    // A small page, as pixels take time.
-    let screen = json!({"width": 800, "height": 480, "deviceScaleFactor": 1, "mobile": false});
-    tab.call("Emulation.setDeviceMetricsOverride", screen);
     complete(&mut tab);
     let mut other = Tab::open(&browser.endpoint, &viewer.url);
     other.until("state && picture.header()");
@@ -114,13 +111,13 @@ fn fingers_steps_files_algorithms_handles_and_a_second_page() {
     tab.call("Emulation.setTouchEmulationEnabled", touch);
     let before = tab.distance();
     tab.fingers(
-        [[170.0, 220.0], [270.0, 220.0]],
-        [[120.0, 220.0], [320.0, 220.0]],
+        [[380.0, 350.0], [480.0, 350.0]],
+        [[330.0, 350.0], [530.0, 350.0]],
     );
     // Products of eight quotients, in f64.
     assert!((before / tab.distance() / 2.0 - 1.0).abs() < 1e-12);
     let from = tab.numbers::<3>("camera.now().position");
-    tab.fingers([[200.0, 200.0]], [[260.0, 240.0]]);
+    tab.fingers([[400.0, 300.0]], [[460.0, 340.0]]);
     assert!(from != tab.numbers::<3>("camera.now().position"));
     assert!(
         (before / tab.distance() / 2.0 - 1.0).abs() < 1e-12,
