@@ -58,7 +58,8 @@ impl Groups {
         }
         starts.push(member_count);
         // Parts write to places of their own, though not side by side: atomic without order.
-        let members: Vec<AtomicU32> = (0..member_count).map(|_| AtomicU32::new(0)).collect();
+        let members = (0..member_count).into_par_iter();
+        let members: Vec<AtomicU32> = members.map(|_| AtomicU32::new(0)).collect();
         let parts = items.par_chunks(part_length).zip(counts);
         parts.enumerate().for_each(|(part, (items, mut counts))| {
             let numbers = (part * part_length) as u32..item_count;
@@ -83,6 +84,11 @@ impl Groups {
     /// The members of a group.
     pub fn members(&self, group: usize) -> &[u32] {
         &self.members[self.range(group)]
+    }
+
+    /// The members of several groups, one group after the other.
+    pub fn members_of_all(&self, groups: Range<usize>) -> &[u32] {
+        &self.members[self.starts[groups.start]..self.starts[groups.end]]
     }
 
     fn range(&self, group: usize) -> Range<usize> {

@@ -71,10 +71,9 @@ pub struct Scalars {
 /// scalars alone ([`TetMesh::with_scalars`]).
 ///
 /// # Memory
-/// 24 bytes per point and 16 per tetrahedron; 4 more per tetrahedron where cells were
-/// split, 16 more where points coincide, and 1 per point where some are unused. The adjacency,
-/// once asked for, keeps 16 bytes per tetrahedron and 8 per boundary face, and while it is made needs
-/// 8 more per tetrahedron and up to 40 per point. [`TetMesh::keeping_cells`] keeps 9 more per input
+/// 24 bytes per point, 32 per tetrahedron and 8 per boundary face; 4 more per tetrahedron where cells
+/// were split, 16 more where points coincide, and 1 per point where some are unused. While neighbors
+/// are found, it needs 8 more per tetrahedron and up to 40 per point. [`TetMesh::keeping_cells`] keeps 9 more per input
 /// cell and 8 for each of its points.
 #[derive(Clone, Debug)]
 pub struct TetMesh {
@@ -96,9 +95,9 @@ struct Geometry {
     /// The input cells, if they were to be kept.
     cells: Option<Arc<Cells>>,
     bounds: Bounds,
-    /// Without what depends on the adjacency or the scalars.
+    /// Without what the adjacency holds or the scalars decide.
     report: MeshReport,
-    adjacency: OnceLock<Adjacency>,
+    adjacency: Adjacency,
     boundary: OnceLock<BoundaryStatistics>,
     volume: OnceLock<f64>,
 }
@@ -256,12 +255,12 @@ impl TetMesh {
         split::check_tetrahedra(&points, &tetrahedra)?;
         let used = used_points(points.len(), &tetrahedra);
         let places = Places::new(&points, &used);
-        let pieces = split::orient_tetrahedra(&points, &tetrahedra, &places);
         let cell_count = tetrahedra.len();
-        drop(tetrahedra);
+        let pieces = split::orient_tetrahedra(&points, tetrahedra, &places);
         let mut report = MeshReport::default();
         report.cells_by_type.insert(TETRAHEDRON, cell_count);
         report.unused_points = used.iter().filter(|used| !**used).count();
+        drop(used);
         TetMesh::from_pieces(points, &places, pieces, cell_count, report, scalars)
     }
 
@@ -275,7 +274,14 @@ impl TetMesh {
     ) -> Result<TetMesh, Error> {
         // One cell becomes up to 16 tetrahedra.
         check_counts(points.len(), pieces.tetrahedra.len())?;
-        report.duplicates = pieces.remove_duplicates(places, points.len());
+        let mut cells_by_place = places.of_cells(&pieces.tetrahedra);
+        let mut adjacency = Adjacency::new(&cells_by_place, &pieces.tetrahedra, points.len());
+        if adjacency.has_duplicates {
+            report.duplicates = pieces.remove_duplicates(places, points.len());
+            cells_by_place = places.of_cells(&pieces.tetrahedra);
+            adjacency = Adjacency::new(&cells_by_place, &pieces.tetrahedra, points.len());
+        }
+        let places = cells_by_place;
         let Pieces {
             tetrahedra,
             mut sources,
@@ -300,7 +306,6 @@ impl TetMesh {
         {
             sources = Vec::new();
         }
-        let places = places.of_cells(&tetrahedra);
         let mut used = used_points(points.len(), &tetrahedra);
         report.coincident_points = match places.is_empty() {
             true => 0,
@@ -323,7 +328,7 @@ impl TetMesh {
             input_cell_count,
             cells: None,
             report,
-            adjacency: OnceLock::new(),
+            adjacency,
             boundary: OnceLock::new(),
             volume: OnceLock::new(),
         };
@@ -437,6 +442,11 @@ impl TetMesh {
         self.geometry.tetrahedra.len()
     }
 
+    /// How many input cells there were, drawn or not.
+    pub fn input_cell_count(&self) -> usize {
+        self.geometry.input_cell_count
+    }
+
     /// The input cell that tetrahedron `cell` was cut from.
     pub fn source_cell(&self, cell: usize) -> usize {
         match self.geometry.sources.get(cell) {
@@ -509,21 +519,21 @@ impl TetMesh {
     }
 
     /// The neighbor of each cell across the face opposite its vertex 0…3;
-    /// [`NO_NEIGHBOR`] at the boundary. Found on first use and kept.
+    /// [`NO_NEIGHBOR`] at the boundary.
     ///
     /// Cells share a face if its corners are the same or coincide ([`TetMesh::places`]). A
     /// face that three or more cells share is the boundary of each.
     pub fn neighbors(&self) -> &[[u32; 4]] {
-        &self.adjacency().neighbors
+        &self.geometry.adjacency.neighbors
     }
 
-    /// The boundary faces as (cell, opposite vertex 0…3), by cell. Found on first use
-    /// and kept. [`FACES`] gives a face's corners.
+    /// The boundary faces as (cell, opposite vertex 0…3), by cell. [`FACES`] gives a face's
+    /// corners.
     pub fn boundary_faces(&self) -> &[(u32, u8)] {
-        &self.adjacency().boundary
+        &self.geometry.adjacency.boundary
     }
 
-    /// The findings and repairs of the mesh. Finds the adjacency, if nothing has yet.
+    /// The findings and repairs of the mesh.
     pub fn report(&self) -> MeshReport {
         let values = &self.field.scalars.values;
         let non_finite_scalars = match self.field.scalars.association {
@@ -532,7 +542,7 @@ impl TetMesh {
         };
         MeshReport {
             crowded_faces: self.crowded_face_count(),
-            joined_faces: self.adjacency().joined_faces,
+            joined_faces: self.geometry.adjacency.joined_faces,
             non_finite_scalars,
             ..self.geometry.report.clone()
         }
@@ -547,7 +557,7 @@ impl TetMesh {
 
     /// Faces of three or more cells.
     fn crowded_face_count(&self) -> usize {
-        self.adjacency().crowded_faces
+        self.geometry.adjacency.crowded_faces
     }
 
     /// The sum of the cells' volumes, cubic world units; 0 or more. Found on first use and kept.
@@ -568,13 +578,6 @@ impl TetMesh {
             let six_times: f64 = sums.iter().sum();
             // Cells flatter than rounding may have a sum below 0, and no cell has a volume below it.
             six_times.max(0.0) / 6.0
-        })
-    }
-
-    fn adjacency(&self) -> &Adjacency {
-        let geometry = &*self.geometry;
-        geometry.adjacency.get_or_init(|| {
-            Adjacency::new(self.places(), &geometry.tetrahedra, geometry.points.len())
         })
     }
 }
@@ -606,19 +609,22 @@ fn check_point(points: &[DVec3], cell: usize, point: u64) -> Result<u32, Error> 
             "cell {cell} uses point {point}, but there are {} points, counted from 0",
             points.len()
         ))),
-        Some(p) if !(p.abs().max_element() <= LARGEST_COORDINATE && p.is_finite()) => {
-            Err(Error::Invalid {
-                what: format!(
-                    "cell {cell} uses point {point}, which lies at ({}, {}, {})",
-                    p.x, p.y, p.z
-                ),
-                help: Some(format!(
-                    "coordinates must be finite and at most {LARGEST_COORDINATE:e} in magnitude"
-                )),
-            })
-        }
+        Some(p) if !lies_well(p) => Err(Error::Invalid {
+            what: format!(
+                "cell {cell} uses point {point}, which lies at ({}, {}, {})",
+                p.x, p.y, p.z
+            ),
+            help: Some(format!(
+                "coordinates must be finite and at most {LARGEST_COORDINATE:e} in magnitude"
+            )),
+        }),
         Some(_) => Ok(u32::try_from(point).expect("checked with the counts")),
     }
+}
+
+/// Whether a point lies where arithmetic works.
+fn lies_well(point: &DVec3) -> bool {
+    point.abs().max_element() <= LARGEST_COORDINATE && point.is_finite()
 }
 
 /// The positions of four points. (`array::map` is a call for each, which is not inlined.)

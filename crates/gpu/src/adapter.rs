@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use tetrascope_core::Error;
+use tetrascope_core::{Error, Stop};
 use wgpu::Features;
 
 use crate::pipelines::Compiled;
@@ -43,6 +43,7 @@ impl Default for GpuOptions {
 #[derive(Clone, Debug)]
 pub struct Gpu {
     shared: Arc<Shared>,
+    stop: Stop,
 }
 
 #[derive(Debug)]
@@ -158,6 +159,7 @@ impl Gpu {
 
     fn with_failure(device: wgpu::Device, queue: wgpu::Queue, failure: Failure) -> Gpu {
         Gpu {
+            stop: Stop::new(),
             shared: Arc::new(Shared {
                 info: device.adapter_info(),
                 limits: device.limits(),
@@ -292,6 +294,21 @@ impl Gpu {
                 reason: format!("{what}: {}", one_line(&error.to_string())),
             }),
         }
+    }
+
+    /// The same device; a frame of a renderer that is built with this ends early with
+    /// [`Error::Stopped`] where `stop` asks for it, before each of the frame's submissions. One that
+    /// was submitted is not taken back: most frames are one.
+    pub fn with_stop(&self, stop: Stop) -> Gpu {
+        Gpu {
+            stop,
+            ..self.clone()
+        }
+    }
+
+    /// The request that ends frames early.
+    pub fn stop(&self) -> &Stop {
+        &self.stop
     }
 
     /// An error if the device was lost or refused something.

@@ -160,9 +160,11 @@ impl<'a> Commands<'a> {
     /// Submits what was recorded so far, waits for it, and goes on.
     ///
     /// # Errors
-    /// A lost device. Panics in a caller's encoder: ask [`Commands::may_submit`] before.
+    /// A lost device, and [`Error::Stopped`] where [`Gpu::stop`] asks for it. Panics in a caller's
+    /// encoder: ask [`Commands::may_submit`] before.
     pub fn submit(&mut self) -> Result<(), Error> {
         let gpu = self.own.expect("the commands are the renderer's own");
+        gpu.stop().check()?;
         self.submitted.get_or_insert_with(Instant::now);
         let next = gpu.device().create_command_encoder(&Default::default());
         gpu.finish(std::mem::replace(self.encoder, next))
@@ -311,6 +313,7 @@ pub fn render(renderer: &impl Draw, view: &View) -> Result<Frame, Error> {
         let distances = distances.transpose()?;
         let times = timer.map(|t| t.resolve(gpu, &mut encoder)).transpose()?;
         let submitted = submitted.unwrap_or_else(Instant::now);
+        gpu.stop().check()?;
         gpu.finish(encoder)?;
         let waited = submitted.elapsed();
         let (mut stats, outcome) = recorded.finish()?;

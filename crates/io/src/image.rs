@@ -37,7 +37,7 @@ pub fn write_image(path: &Path, frame: &Frame, metadata: &[(String, String)]) ->
         "exr" => write_file(path, &encode_exr(frame, metadata)?),
         "npy" => write_files(&[
             (path, &encode_npy(frame)?),
-            (&sidecar(path), &encode_sidecar(metadata)),
+            (&sidecar(path), &encode_texts(metadata)),
         ]),
         other => Err(unknown_format(other)),
     }
@@ -222,7 +222,7 @@ pub fn write_npy(
     let shape = format!("({}, {width})", numbers.len() / width);
     write_files(&[
         (path, &npy(&shape, numbers.iter())),
-        (&sidecar(path), &encode_sidecar(metadata)),
+        (&sidecar(path), &encode_texts(metadata)),
     ])
 }
 
@@ -243,8 +243,8 @@ fn npy<'a>(shape: &str, numbers: impl Iterator<Item = &'a f32>) -> Vec<u8> {
     file
 }
 
-/// The metadata as a JSON object of texts.
-fn encode_sidecar(metadata: &[(String, String)]) -> Vec<u8> {
+/// The metadata as a JSON object of texts, as [`write_image`] writes it beside an NPY file.
+pub fn encode_texts(metadata: &[(String, String)]) -> Vec<u8> {
     let map: serde_json::Map<String, serde_json::Value> = metadata
         .iter()
         .map(|(key, text)| (key.clone(), text.as_str().into()))

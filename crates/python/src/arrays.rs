@@ -1,5 +1,7 @@
 //! NumPy's arrays, as Python has prepared them: one axis, contiguous, native byte order.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use numpy::{Element, PyArray1, PyArrayMethods as _, PyReadonlyArray1, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -37,11 +39,11 @@ pub(crate) fn reals(array: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<f64>> 
 
 /// Points of an array of three 32- or 64-bit floats for each.
 pub(crate) fn points(array: &Bound<'_, PyAny>) -> PyResult<Vec<DVec3>> {
-    fn of<T: Copy + Into<f64>>(numbers: &[T]) -> Vec<DVec3> {
+    fn of<T: Copy + Sync + Into<f64>>(numbers: &[T]) -> Vec<DVec3> {
         let (points, _) = numbers.as_chunks::<3>();
+        let points = points.par_iter().with_min_len(PIECE);
         points
-            .iter()
-            .map(|point| DVec3::from_array(point.map(Into::into)))
+            .map(|&[x, y, z]| DVec3::new(x.into(), y.into(), z.into()))
             .collect()
     }
     if let Some(view) = view::<f64>(array) {
@@ -117,40 +119,48 @@ pub(crate) trait IndexReader<T> {
     fn read<I: Index>(self, indices: &[I]) -> T;
 }
 
-/// Tetrahedra that follow each other, each after `skip` other numbers, the last of which is 4.
-pub(crate) struct Tetrahedra {
-    pub(crate) skip: usize,
-}
+/// Tetrahedra that follow each other in `WIDTH` numbers each: four corners, or 4 and these.
+pub(crate) struct Tetrahedra<const WIDTH: usize>;
 
-impl IndexReader<Result<Option<Vec<[u32; 4]>>, Error>> for Tetrahedra {
+impl<const WIDTH: usize> IndexReader<Result<Option<Vec<[u32; 4]>>, Error>> for Tetrahedra<WIDTH> {
     /// `None` where something else stands between.
     fn read<I: Index>(self, indices: &[I]) -> Result<Option<Vec<[u32; 4]>>, Error> {
-        let width = self.skip + 4;
-        if !indices.len().is_multiple_of(width) {
+        let (cells, rest) = indices.as_chunks::<WIDTH>();
+        if !rest.is_empty() {
             return Ok(None);
         }
-        let number = |index: I| -> i64 { index.into() };
-        let is_four = |cell: &[I]| cell[..self.skip].iter().all(|&n| number(n) == 4);
-        if self.skip > 0 && !indices.par_chunks(width).with_min_len(PIECE).all(is_four) {
+        // One pass: the numbers may be more than caches hold.
+        let (is_mixed, is_beyond) = (AtomicBool::new(false), AtomicBool::new(false));
+        // (`array::map` is a call for each number, which is not always inlined.)
+        let corners = |cell: &[I; WIDTH]| -> [i64; 4] {
+            let corner = |i: usize| cell[WIDTH - 4 + i].into();
+            [corner(0), corner(1), corner(2), corner(3)]
+        };
+        let read = |cell: &[I; WIDTH]| {
+            let count: i64 = cell[0].into();
+            if WIDTH > 4 && count != 4 {
+                is_mixed.store(true, Ordering::Relaxed);
+            }
+            let [a, b, c, d] = corners(cell);
+            // Negative numbers have all of the upper bits.
+            if (a | b | c | d) >> 32 != 0 {
+                is_beyond.store(true, Ordering::Relaxed);
+            }
+            [a as u32, b as u32, c as u32, d as u32]
+        };
+        let tetrahedra = cells.par_iter().with_min_len(PIECE).map(read).collect();
+        if is_mixed.into_inner() {
             return Ok(None);
         }
-        let corners = |cell: &[I]| [0, 1, 2, 3].map(|i| number(cell[self.skip + i]));
-        let cells = || indices.par_chunks(width).with_min_len(PIECE);
-        // Negative numbers have all of the upper bits.
-        let fit =
-            |cell: &[I]| corners(cell).iter().fold(0, |bits, corner| bits | corner) >> 32 == 0;
-        if cells().all(fit) {
-            let tetrahedra = cells().map(|cell| corners(cell).map(|corner| corner as u32));
-            return Ok(Some(tetrahedra.collect()));
+        if !is_beyond.into_inner() {
+            return Ok(Some(tetrahedra));
         }
-        let wrong = indices
-            .chunks(width)
-            .enumerate()
-            .find_map(|(cell, corners)| {
-                let corners = corners[self.skip..].iter().map(|&corner| number(corner));
-                let wrong = corners.into_iter().find(|corner| corner >> 32 != 0)?;
-                Some(no_point(cell, wrong))
-            });
+        let wrong = cells.iter().enumerate().find_map(|(cell, numbers)| {
+            let wrong = corners(numbers)
+                .into_iter()
+                .find(|corner| corner >> 32 != 0)?;
+            Some(no_point(cell, wrong))
+        });
         Err(wrong.expect("one was found above"))
     }
 }

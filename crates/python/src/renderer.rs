@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods as _};
 use pyo3::prelude::*;
 use serde_json::json;
-use tetrascope::core::{self, Error, Frame, VolumeRenderer as _};
+use tetrascope::core::{self, Error, Frame, Stop, VolumeRenderer as _};
 use tetrascope::{Algorithm, Settings, algorithm, emptiness};
 
 use crate::context;
@@ -19,6 +19,8 @@ use crate::work::{run, run_on};
 pub(crate) struct Renderer {
     algorithm: &'static Algorithm,
     settings: Settings,
+    /// Ends the frame of an interrupted call.
+    stop: Stop,
     shared: Arc<Mutex<Loaded>>,
 }
 
@@ -68,15 +70,18 @@ impl Renderer {
             chosen(algorithm, &settings).map_err(|error| exception(py, &error))?;
         let (volume, scene) = (volume.volume.clone(), scene.scene.clone());
         let of_frame = settings.clone();
+        let stop = Stop::new();
+        let context = context().clone().with_stop(stop.clone());
         let loaded = run(py, move || {
             let appearance = &scene.appearance;
             (algorithm.supports)(&volume, appearance, &scene.view, &of_frame)?;
-            let renderer = (algorithm.build)(context(), &volume, appearance, &of_frame)?;
+            let renderer = (algorithm.build)(&context, &volume, appearance, &of_frame)?;
             Ok(Loaded { renderer, volume })
         })?;
         Ok(Renderer {
             algorithm,
             settings,
+            stop,
             shared: Arc::new(Mutex::new(loaded)),
         })
     }
@@ -85,7 +90,7 @@ impl Renderer {
     fn render<'py>(&self, py: Python<'py>, scene: &Scene) -> PyResult<Drawn<'py>> {
         let scene = scene.scene.clone();
         let (algorithm, settings) = (self.algorithm, self.settings.clone());
-        let (frame, warning) = run_on(py, &self.shared, move |loaded| {
+        let (frame, warning) = run_on(py, &self.shared, &self.stop, move |loaded| {
             let Loaded { renderer, volume } = loaded;
             (algorithm.supports)(volume, &scene.appearance, &scene.view, &settings)?;
             scene.view.check_memory(BYTES_PER_PIXEL)?;
@@ -99,7 +104,7 @@ impl Renderer {
     /// Takes a volume whose geometry or scalars changed.
     fn reload(&self, py: Python<'_>, volume: &Volume) -> PyResult<()> {
         let volume = volume.volume.clone();
-        run_on(py, &self.shared, move |loaded| {
+        run_on(py, &self.shared, &self.stop, move |loaded| {
             loaded.renderer.reload(&volume)?;
             loaded.volume = volume;
             Ok(())
@@ -110,7 +115,7 @@ impl Renderer {
     fn restyle(&self, py: Python<'_>, scene: &Scene) -> PyResult<()> {
         let scene = scene.scene.clone();
         let (algorithm, settings) = (self.algorithm, self.settings.clone());
-        run_on(py, &self.shared, move |loaded| {
+        run_on(py, &self.shared, &self.stop, move |loaded| {
             let appearance = &scene.appearance;
             (algorithm.supports)(&loaded.volume, appearance, &scene.view, &settings)?;
             loaded.renderer.restyle(appearance)

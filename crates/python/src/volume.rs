@@ -1,11 +1,13 @@
 //! The volume that is drawn: a mesh or a grid, of arrays or of a file.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use pyo3::prelude::*;
 use serde_json::json;
 use tetrascope::core::glam::{DMat3, DVec3};
 use tetrascope::core::grid::{Interpolation, Lattice, Samples};
+use tetrascope::core::mesh::curved::{self, Straightening};
 use tetrascope::core::mesh::{Association, type_name};
 use tetrascope::core::{self, Cells, Error, Grid, Scalars, TetMesh, is_value};
 use tetrascope::scene::VolumeSource;
@@ -24,6 +26,16 @@ pub(crate) struct Volume {
     notes: Vec<String>,
     fields: Vec<FieldSummary>,
     files: Vec<PathBuf>,
+    /// The mesh as it was given, if its curved cells were cut into straight ones.
+    given: Option<Arc<Given>>,
+}
+
+/// Points and cells of a mesh with curved cells: other scalars are at these points, and may need
+/// finer parts.
+struct Given {
+    points: Vec<DVec3>,
+    cells: Cells,
+    how: Straightening,
 }
 
 /// VTK's number of a tetrahedron.
@@ -37,9 +49,9 @@ enum Packed {
 
 /// A mesh of arrays that Python has prepared: `points` are three floats each; `types` are bytes,
 /// or one for all cells; `cells` are indices, by `offsets`, or `width` for each cell, or with
-/// their number before them.
+/// their number before them. `curved` is how far straight parts of curved cells may be off.
 #[pyfunction]
-#[pyo3(signature = (points, cells, types, offsets, width, scalars, association, name, notes))]
+#[pyo3(signature = (points, cells, types, offsets, width, scalars, association, name, curved))]
 #[expect(clippy::too_many_arguments, reason = "Python names them")]
 pub(crate) fn mesh(
     py: Python<'_>,
@@ -51,8 +63,10 @@ pub(crate) fn mesh(
     scalars: &Bound<'_, PyAny>,
     association: &str,
     name: String,
-    notes: Vec<String>,
+    curved: Option<f64>,
 ) -> PyResult<Volume> {
+    let how = curved.map_or_else(Straightening::default, Straightening::to);
+    let notes = Vec::new();
     let points = arrays::points(points)?;
     let indices = Indices::of(cells, "cells")?;
     let offsets = match offsets {
@@ -75,6 +89,15 @@ pub(crate) fn mesh(
     run(py, move || {
         let mesh = match packed {
             Packed::Tetrahedra(cells) => TetMesh::from_tetrahedra(points, cells, scalars)?,
+            Packed::Any(cells)
+                if cells
+                    .types
+                    .iter()
+                    .any(|kind| curved::is_straightened(*kind)) =>
+            {
+                let given = Given { points, cells, how };
+                return Volume::of_curved(Arc::new(given), scalars, notes);
+            }
             Packed::Any(cells) => TetMesh::from_cells(points, cells, scalars)?,
         };
         Ok(Volume::of_mesh(mesh, notes))
@@ -84,7 +107,7 @@ pub(crate) fn mesh(
 /// Cells of one type, with `width` points each.
 fn of_one_type(indices: &Indices, kind: u8, width: usize) -> PyResult<Result<Packed, Error>> {
     if kind == TETRAHEDRON && width == 4 {
-        let found = indices.read(Tetrahedra { skip: 0 })?;
+        let found = indices.read(Tetrahedra::<4>)?;
         if let Some(found) = found.transpose() {
             return Ok(found.map(Packed::Tetrahedra));
         }
@@ -111,7 +134,7 @@ fn of_types(
     let only_tetrahedra = !types.is_empty() && types.iter().all(|&kind| kind == TETRAHEDRON);
     let Some(offsets) = offsets else {
         if only_tetrahedra && indices.len() == types.len() * 5 {
-            let found = indices.read(Tetrahedra { skip: 1 })?;
+            let found = indices.read(Tetrahedra::<5>)?;
             if let Some(found) = found.transpose() {
                 return Ok(found.map(Packed::Tetrahedra));
             }
@@ -127,7 +150,7 @@ fn of_types(
     };
     let fits = offsets.len() == types.len() + 1 && indices.len() == types.len() * 4;
     if only_tetrahedra && fits && offsets.read(Even { points: 4 })? {
-        let found = indices.read(Tetrahedra { skip: 0 })?;
+        let found = indices.read(Tetrahedra::<4>)?;
         if let Some(found) = found.transpose() {
             return Ok(found.map(Packed::Tetrahedra));
         }
@@ -205,11 +228,30 @@ pub(crate) fn load(
             notes,
             fields,
             files,
+            given: None,
         })
     })
 }
 
 impl Volume {
+    /// A mesh of which curved cells become straight ones, as in files.
+    fn of_curved(
+        given: Arc<Given>,
+        scalars: Scalars,
+        mut notes: Vec<String>,
+    ) -> Result<Volume, Error> {
+        let Given { points, cells, how } = &*given;
+        let straight = curved::straighten(points.clone(), cells.clone(), vec![scalars], *how)?;
+        notes.extend(straight.report.map(|report| report.to_string()));
+        let scalars = straight.scalars.into_iter().next();
+        let scalars = scalars.expect("the one that went in");
+        let mesh = TetMesh::from_cells(straight.points, straight.cells, scalars)?;
+        Ok(Volume {
+            given: Some(given),
+            ..Volume::of_mesh(mesh, notes)
+        })
+    }
+
     fn of_mesh(mesh: TetMesh, mut notes: Vec<String>) -> Volume {
         let report = mesh.report();
         notes.extend(report.notes());
@@ -228,6 +270,7 @@ impl Volume {
             notes,
             fields: vec![field],
             files: Vec::new(),
+            given: None,
         }
     }
 
@@ -256,6 +299,7 @@ impl Volume {
             notes,
             fields: vec![field],
             files: Vec::new(),
+            given: None,
         })
     }
 }
@@ -299,9 +343,16 @@ impl Volume {
                     association: association_of(association),
                     values: arrays::reals(scalars, "scalars")?,
                 };
-                let mesh = mesh.clone();
-                run(py, move || {
-                    Ok(Volume::of_mesh(mesh.with_scalars(scalars)?, Vec::new()))
+                let (mesh, given) = (mesh.clone(), self.given.clone());
+                run(py, move || match given {
+                    None => Ok(Volume::of_mesh(mesh.with_scalars(scalars)?, Vec::new())),
+                    Some(given) => {
+                        let mut volume = Volume::of_curved(given, scalars, Vec::new())?;
+                        if let core::Volume::Mesh(next) = volume.volume {
+                            volume.volume = core::Volume::Mesh(next.sharing_with(&mesh));
+                        }
+                        Ok(volume)
+                    }
                 })
             }
             core::Volume::Grid(grid) => {
@@ -370,9 +421,12 @@ impl Volume {
         self.volume.cell_count()
     }
 
-    /// How many points or samples there are.
+    /// How many points or samples there are; of a mesh with curved cells, as it was given.
     #[getter]
     fn n_points(&self) -> usize {
+        if let Some(given) = &self.given {
+            return given.points.len();
+        }
         match &self.volume {
             core::Volume::Mesh(mesh) => mesh.points().len(),
             _ => self.dims().map_or(0, |dims| dims.iter().product()),
@@ -382,8 +436,11 @@ impl Volume {
     /// How many cells a mesh was given with, for values of cells.
     #[getter]
     fn n_input_cells(&self) -> usize {
+        if let Some(given) = &self.given {
+            return given.cells.types.len();
+        }
         match &self.volume {
-            core::Volume::Mesh(mesh) => mesh.report().cells_by_type.values().sum(),
+            core::Volume::Mesh(mesh) => mesh.input_cell_count(),
             _ => self.volume.cell_count(),
         }
     }

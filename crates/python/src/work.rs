@@ -1,15 +1,15 @@
 //! Work that takes time: other threads of Python run meanwhile, and Ctrl-C interrupts it.
 
 use std::process;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use tetrascope::core::Error;
+use tetrascope::core::{Error, Stop};
 
 use crate::errors::{exception, fault};
 
@@ -19,8 +19,16 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// Work that somebody waits for, and the threads that do it.
 #[derive(Clone)]
 struct Task {
-    is_abandoned: Arc<AtomicBool>,
+    caller: Arc<Mutex<Caller>>,
     pool: Arc<ThreadPool>,
+}
+
+/// The state of a call.
+enum Caller {
+    /// It waits for its work, which this ends early, once it has begun.
+    Waits(Option<Stop>),
+    /// It was interrupted.
+    IsGone,
 }
 
 /// The threads that work now. Those of an interrupted call go on with that alone, and others take
@@ -40,14 +48,35 @@ impl Task {
             }
         };
         Ok(Task {
-            is_abandoned: Arc::default(),
+            caller: Arc::new(Mutex::new(Caller::Waits(None))),
             pool,
         })
     }
 
+    fn caller(&self) -> MutexGuard<'_, Caller> {
+        self.caller.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Says that work has begun which `stop` ends, or with `None` that it is done.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`] if nobody waits for it.
+    fn stops_by(&self, stop: Option<&Stop>) -> Result<(), Error> {
+        let mut caller = self.caller();
+        if let Caller::IsGone = *caller {
+            return Err(Error::Stopped);
+        }
+        // An earlier call may have been ended by the same.
+        stop.inspect(|stop| stop.clear());
+        *caller = Caller::Waits(stop.cloned());
+        Ok(())
+    }
+
     /// Nobody waits any more.
     fn abandon(&self) {
-        self.is_abandoned.store(true, Ordering::Relaxed);
+        if let Caller::Waits(Some(stop)) = std::mem::replace(&mut *self.caller(), Caller::IsGone) {
+            stop.set();
+        }
         let mut pool = POOL.lock().unwrap_or_else(PoisonError::into_inner);
         pool.take_if(|pool| Arc::ptr_eq(pool, &self.pool));
     }
@@ -62,8 +91,7 @@ enum News<T> {
 /// Does `work` on a thread of its own, without Python's lock.
 ///
 /// Ctrl-C raises `KeyboardInterrupt` within a twentieth of a second. The work then goes on to
-/// its end, on its thread, and its result is dropped; what it has locked is free after that.
-/// A panic becomes `RuntimeError`.
+/// its end, on its thread, and its result is dropped. A panic becomes `RuntimeError`.
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, Error> + Send + 'static,
@@ -88,13 +116,15 @@ pub(crate) fn run_telling<T: Send + 'static>(
     })
 }
 
-/// As [`run`], on something that is for one call at a time.
+/// As [`run`], on something that is for one call at a time. The work of an interrupted call ends
+/// early where it looks at `stop`; another call on the same waits until then.
 pub(crate) fn run_on<S: Send + 'static, T: Send + 'static>(
     py: Python<'_>,
     shared: &Arc<Mutex<S>>,
+    stop: &Stop,
     work: impl FnOnce(&mut S) -> Result<T, Error> + Send + 'static,
 ) -> PyResult<T> {
-    let shared = shared.clone();
+    let (shared, stop) = (shared.clone(), stop.clone());
     wait_for(
         py,
         |_| Ok(()),
@@ -102,11 +132,12 @@ pub(crate) fn run_on<S: Send + 'static, T: Send + 'static>(
             // Not in the pool: who waits there may be asked to help the one that it waits for. A panic
             // has not left a renderer half changed, as it keeps what it had.
             let mut guard = shared.lock().unwrap_or_else(PoisonError::into_inner);
-            if task.is_abandoned.load(Ordering::Relaxed) {
-                return Err(Error::invalid("interrupted"));
-            }
+            task.stops_by(Some(&stop))?;
             let shared = &mut *guard;
-            task.pool.install(|| work(shared))
+            let result = task.pool.install(|| work(shared));
+            // Whoever comes next is not to be stopped by this call's interrupt.
+            task.stops_by(None)?;
+            result
         },
     )
 }

@@ -55,8 +55,11 @@ try:
     renderer.render()
 except KeyboardInterrupt:
     print("interrupted", flush=True)
-    # What goes on is another's matter: a renderer of its own draws at once.
+    # Another renderer draws meanwhile, and this one once its frame has ended, which is soon.
     print(tetrascope.render("sphere", n_cells=100, size=4).shape, flush=True)
+    small = renderer.render(size=8)
+    fresh = tetrascope.render("sphere", **{LONG | dict(size=8)!r})
+    print(bool((small == fresh).all() and small.any()), flush=True)
 else:
     print("drawn")
 """
@@ -67,7 +70,7 @@ def test_an_interrupt_ends_the_call_and_the_program(tmp_path):
     script = tmp_path / "interrupted.py"
     script.write_text(INTERRUPTED)
     run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=600)
-    assert run.stdout.splitlines() == ["interrupted", "(4, 4, 4)"], run.stderr
+    assert run.stdout.splitlines() == ["interrupted", "(4, 4, 4)", "True"], run.stderr
     assert run.returncode == 0, run.stderr
 
 

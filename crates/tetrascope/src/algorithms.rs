@@ -45,8 +45,8 @@ macro_rules! on_gpu {
             needs_gpu: true,
             build: |context, volume, appearance, settings| {
                 let options = $krate::$options::from_settings(settings);
-                let renderer =
-                    $krate::$renderer::new(context.gpu()?, volume, appearance, &options)?;
+                let gpu = context.gpu()?.with_stop(context.stop().clone());
+                let renderer = $krate::$renderer::new(&gpu, volume, appearance, &options)?;
                 Ok(Renderer::Gpu(Box::new(renderer)))
             },
         }
@@ -104,6 +104,41 @@ mod tests {
     use tetrascope_core::OpticalModel;
 
     use super::*;
+
+    #[cfg(all(feature = "gpu", feature = "raycast-cpu"))]
+    #[test]
+    fn frames_stop_when_asked_and_the_next_is_whole() {
+        use tetrascope_core::{Stop, VolumeRenderer as _};
+
+        let sphere = tetrascope_datasets::find("sphere").expect("a data set");
+        let mut file = crate::volumes::scene(sphere);
+        file.volume.cells = Some(300);
+        (file.image.width, file.image.height) = (Some(16), Some(16));
+        let volume = crate::volumes::load(&file.volume).expect("a mesh").volume;
+        let scene = file.resolve(&volume).expect("a scene");
+        let stop = Stop::new();
+        let context = Context::new().with_stop(stop.clone());
+        if let Err(why) = context.gpu() {
+            eprintln!("skipped: frames of GPUs: {why}");
+        }
+        for algorithm in algorithms() {
+            let settings = Settings::defaults(algorithm);
+            let (supports, build) = (algorithm.supports, algorithm.build);
+            let is_drawn = supports(&volume, &scene.appearance, &scene.view, &settings).is_ok();
+            if !is_drawn || (algorithm.needs_gpu && context.gpu().is_err()) {
+                continue;
+            }
+            let renderer = build(&context, &volume, &scene.appearance, &settings);
+            let renderer = renderer.expect("it draws meshes");
+            let whole = renderer.render(&scene.view).expect("a frame");
+            stop.set();
+            let stopped = renderer.render(&scene.view);
+            assert!(matches!(stopped, Err(Error::Stopped)), "{}", algorithm.name);
+            stop.clear();
+            let next = renderer.render(&scene.view).expect("a frame");
+            assert!(whole.pixels == next.pixels, "{}", algorithm.name);
+        }
+    }
 
     #[test]
     fn every_entry_is_complete_and_consistent() {

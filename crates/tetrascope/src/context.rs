@@ -34,7 +34,8 @@ impl Context {
         self
     }
 
-    /// The same context; frames of algorithms that draw on the CPU end early where `stop` asks.
+    /// The same context; frames end early where `stop` asks: on the CPU soon, on a GPU before each of
+    /// their submissions, of which most frames have one.
     pub fn with_stop(mut self, stop: Stop) -> Context {
         self.stop = stop;
         self
@@ -47,7 +48,7 @@ impl Context {
         self
     }
 
-    /// The request that algorithms on the CPU look at while they draw.
+    /// The request that algorithms look at while they draw.
     pub fn stop(&self) -> &Stop {
         &self.stop
     }

@@ -61,6 +61,8 @@ pub mod choose;
 mod context;
 pub mod emptiness;
 mod help;
+#[cfg(feature = "cli")]
+pub mod provenance;
 mod renderer;
 #[cfg(feature = "resample")]
 pub mod resampling;

@@ -6,10 +6,11 @@
 //!
 //! 1. `state` is all that a picture depends on, and what commands of a page make of it; `look` is
 //!    the part with colors and opacities, `command` lists the commands.
-//! 2. [`Session`] keeps the state and draws it, without any network: `workers` draw quickly while a
-//!    hand moves (`pace` finds the resolution, `quick` the algorithm), completely when it rests, and
-//!    then compare with the truth (`judge`); `renderers` are kept between frames. A newer state
-//!    replaces an older one that was not drawn yet: nothing is queued.
+//! 2. [`Session`] keeps the state and draws it, without any network: `shared` is what its threads
+//!    have in common; `workers` draw quickly while a hand moves (`pace` finds the resolution, `quick`
+//!    the algorithm), completely when it rests, and then compare with the truth (`judge`);
+//!    `renderers` are kept between frames. A newer state replaces an older one that was not drawn
+//!    yet: nothing is queued.
 //! 3. `picture` is what a person saves: images, the scene, the command that draws it.
 //! 4. `access` says who may ask, [`serve`] answers by HTTP and WebSocket; `client` is one page,
 //!    `page` its files.
@@ -33,6 +34,7 @@ mod quick;
 mod renderers;
 mod server;
 mod session;
+mod shared;
 mod state;
 mod workers;
 

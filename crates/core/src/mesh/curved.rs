@@ -115,6 +115,11 @@ impl std::fmt::Display for CurvedReport {
     }
 }
 
+/// Whether [`straighten`] cuts cells of this VTK type into straight ones.
+pub fn is_straightened(cell_type: u8) -> bool {
+    Curved::of(cell_type).is_some()
+}
+
 /// Cuts curved cells of order 2 (VTK's types 24 to 27, 29 and 31 to 33) into straight ones: tetrahedra,
 /// hexahedra, wedges and pyramids. Others, and curved cells of other types, stay.
 ///

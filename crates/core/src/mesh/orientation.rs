@@ -60,3 +60,35 @@ pub(super) fn orientation([p0, p1, p2, p3]: [DVec3; 4]) -> Orientation {
         sign: i8::from(decisive > 0.0) - i8::from(decisive < 0.0),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is said of a cell does not have to be found again once it is turned.
+    #[test]
+    fn two_corners_in_turn_change_signs_alone() {
+        let mut state = 1_u64;
+        let mut number = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f64 * 2_f64.powi((state >> 32 & 31) as i32 - 16) - 1e3
+        };
+        let mut signs = [0; 3];
+        for i in 0..20_000 {
+            let mut corners = [0; 4].map(|_| DVec3::new(number(), number(), number()));
+            if i % 3 == 0 {
+                // Flat but for rounding.
+                corners[3] = corners[0] * 0.3 + corners[1] * 0.3 + corners[2] * 0.4;
+            }
+            let [a, b, c, d] = corners;
+            let (found, turned) = (orientation([a, b, c, d]), orientation([a, b, d, c]));
+            assert_eq!(turned.determinant, -found.determinant);
+            assert_eq!(turned.degenerate, found.degenerate);
+            assert_eq!(turned.sign, -found.sign);
+            signs[(found.sign + 1) as usize] += 1;
+        }
+        assert!(signs[0] > 1000 && signs[2] > 1000, "{signs:?}");
+    }
+}

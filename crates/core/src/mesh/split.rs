@@ -17,14 +17,17 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::adjacency::ascending;
-use super::cell_type::{HEXAHEDRON, Kind, Shape, TETRAHEDRON, VOXEL};
+use super::cell_type::{HEXAHEDRON, Kind, Shape, VOXEL};
 use super::five::FiveSplit;
 use super::orientation::orientation;
 use super::places::Places;
-use super::{Cells, TETRAHEDRON as TYPE_TETRAHEDRON, check_point, corners_of};
+use super::{Cells, TETRAHEDRON as TYPE_TETRAHEDRON, check_point, corners_of, lies_well};
 use crate::Error;
 use crate::groups::{Groups, marked};
 use glam::DVec3;
+
+/// Cells that one thread looks at in a row.
+const CHUNK: usize = 4096;
 
 /// How cells that are not tetrahedra are cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,6 +51,7 @@ pub enum Split {
 #[derive(Debug, Default)]
 pub(super) struct Pieces {
     pub(super) tetrahedra: Vec<[u32; 4]>,
+    /// Empty where each tetrahedron is a cell of its own.
     pub(super) sources: Vec<u32>,
     /// Input cells in the opposite orientation.
     pub(super) flipped: usize,
@@ -161,6 +165,14 @@ pub(super) fn as_tetrahedra(point_count: usize, cells: &Cells) -> Option<Vec<[u3
 
 /// Checks that the points of tetrahedra exist and lie where arithmetic works.
 pub(super) fn check_tetrahedra(points: &[DVec3], tetrahedra: &[[u32; 4]]) -> Result<(), Error> {
+    let chunks = tetrahedra.par_chunks(CHUNK);
+    let greatest = chunks.map(|cells| cells.as_flattened().iter().fold(0, |a, &b| a.max(b)));
+    let greatest = greatest.max().unwrap_or(0) as usize;
+    let exist = tetrahedra.is_empty() || greatest < points.len();
+    if exist && points.par_iter().with_min_len(CHUNK).all(lies_well) {
+        return Ok(());
+    }
+    // A point that is wrong may be one that no cell has.
     let check = |(cell, corners): (usize, &[u32; 4])| {
         let mut corners = corners.iter();
         corners.try_for_each(|&point| check_point(points, cell, point.into()).map(drop))
@@ -170,21 +182,53 @@ pub(super) fn check_tetrahedra(points: &[DVec3], tetrahedra: &[[u32; 4]]) -> Res
     checked.find_first(Result::is_err).unwrap_or(Ok(()))
 }
 
-/// Checked tetrahedra as pieces.
+/// Checked tetrahedra as pieces, oriented where they lie. In parallel.
 pub(super) fn orient_tetrahedra(
     points: &[DVec3],
-    tetrahedra: &[[u32; 4]],
+    mut tetrahedra: Vec<[u32; 4]>,
     places: &Places,
 ) -> Pieces {
-    let pieces = in_chunks(tetrahedra.len(), |range| {
-        let mut pieces = Pieces::default();
-        pieces.reserve(range.len());
-        for cell in range {
-            pieces.add(points, places, cell, &TETRAHEDRON, &[tetrahedra[cell]]);
+    let orient = |cells: &mut [[u32; 4]]| {
+        let [mut flipped, mut degenerate, mut collapsed] = [0; 3];
+        // Memory that is asked for together arrives together.
+        let mut positions = [[DVec3::ZERO; 4]; 16];
+        for cells in cells.chunks_mut(positions.len()) {
+            for (position, cell) in positions.iter_mut().zip(&*cells) {
+                *position = corners_of(*cell, points);
+            }
+            for (position, cell) in positions.iter().zip(cells) {
+                if places.coincide(*cell) {
+                    collapsed += 1;
+                    continue;
+                }
+                let found = orientation(*position);
+                if found.sign < 0 {
+                    flipped += 1;
+                    cell.swap(2, 3);
+                }
+                // In the other order, all numbers are the same but for their signs.
+                degenerate += usize::from(found.degenerate);
+            }
         }
-        Ok(pieces)
-    });
-    pieces.expect("nothing to cut")
+        [flipped, degenerate, collapsed]
+    };
+    let found = tetrahedra.par_chunks_mut(CHUNK).map(orient);
+    let [flipped, degenerate, collapsed] = found.reduce(|| [0; 3], sum);
+    let mut pieces = Pieces {
+        tetrahedra,
+        flipped,
+        degenerate,
+        collapsed,
+        ..Pieces::default()
+    };
+    if collapsed > 0 {
+        pieces.keep(|tetrahedron| !places.coincide(*tetrahedron));
+    }
+    pieces
+}
+
+fn sum<const N: usize>(a: [usize; N], b: [usize; N]) -> [usize; N] {
+    std::array::from_fn(|i| a[i] + b[i])
 }
 
 /// The pieces of all cells, by cell, of which `cut` makes those of some; at least one of each
@@ -193,9 +237,7 @@ fn in_chunks(
     cell_count: usize,
     cut: impl Fn(Range<usize>) -> Result<Pieces, Error> + Sync,
 ) -> Result<Pieces, Error> {
-    /// Cells that are cut by one thread at a time, and how many such chunks are in memory
-    /// before they are joined.
-    const CHUNK: usize = 4096;
+    /// How many chunks are in memory before they are joined.
     const CHUNKS: usize = 64;
     let mut all = Pieces::default();
     all.reserve(cell_count);
@@ -247,14 +289,12 @@ impl Pieces {
                 self.collapsed += 1;
                 continue;
             }
-            let oriented = |tetrahedron| orientation(corners_of(tetrahedron, points));
-            let mut found = oriented(tetrahedron);
+            let found = orientation(corners_of(tetrahedron, points));
             positive |= found.sign > 0;
             negative |= found.sign < 0;
             if found.sign < 0 {
+                // In this order, all numbers are the same but for their signs.
                 tetrahedron.swap(2, 3);
-                // In this order it is rounded otherwise.
-                found = oriented(tetrahedron);
             }
             self.degenerate += usize::from(found.degenerate);
             self.tetrahedra.push(tetrahedron);
@@ -294,10 +334,20 @@ impl Pieces {
             is_kept[cell as usize] = false;
         }
         let mut kept = is_kept.iter();
-        self.tetrahedra.retain(|_| kept.next() == Some(&true));
-        let mut kept = is_kept.iter();
-        self.sources.retain(|_| kept.next() == Some(&true));
+        self.keep(|_| kept.next() == Some(&true));
         repeated.len()
+    }
+
+    /// Leaves out the others.
+    fn keep(&mut self, is_kept: impl FnMut(&[u32; 4]) -> bool) {
+        if self.sources.is_empty() {
+            self.sources = (0..).take(self.tetrahedra.len()).collect();
+        }
+        let kept: Vec<bool> = self.tetrahedra.iter().map(is_kept).collect();
+        let mut of_cell = kept.iter();
+        self.tetrahedra.retain(|_| of_cell.next() == Some(&true));
+        let mut of_cell = kept.iter();
+        self.sources.retain(|_| of_cell.next() == Some(&true));
     }
 }
 

@@ -69,6 +69,8 @@ def indices(what: str, given: Any) -> Array:
 
 def small(what: str, given: Any) -> Array:
     """Bytes along one axis."""
+    if isinstance(given, np.ndarray) and given.dtype == np.uint8 and not isinstance(given, np.ma.MaskedArray):
+        return plain(given, np.uint8)
     array = indices(what, given).reshape(-1)
     if array.size and (array.min() < 0 or array.max() > 255):
         wrong = int(array[(array < 0) | (array > 255)][0])

@@ -36,6 +36,7 @@ class VolumeOptions(TypedDict, total=False):
     type: str | None
     offset: int | None
     byte_order: str | None
+    curved: float | None
 
 
 class ColorOptions(TypedDict, total=False):

@@ -71,7 +71,7 @@ def mesh(
     scalars: npt.NDArray[Any],
     association: str,
     name: str,
-    notes: list[str],
+    curved: float | None,
 ) -> Volume: ...
 def grid(
     samples: npt.NDArray[Any],

@@ -42,6 +42,9 @@ class Volume:
         An unstructured, structured or rectilinear grid or image data of PyVista or VTK, or a mesh
         of meshio. ``scalars`` replaces its own fields.
 
+    Curved cells of order 2 are cut into straight ones, and ``notes`` say how far these are off;
+    ``curved`` is a tolerance for that, in parts of the mesh's diagonal and of the field's range.
+
     NaN, infinities and masked values are no values: cells that have one are transparent. Arrays
     are copied into the mesh; nothing that happens to them later changes it.
     """
@@ -72,6 +75,7 @@ class Volume:
         type: str | None = None,
         offset: int | None = None,
         byte_order: str | None = None,
+        curved: float | None = None,
     ) -> None:
         if association is not None and association not in ASSOCIATIONS:
             raise unknown("association", association, ASSOCIATIONS)
@@ -94,6 +98,8 @@ class Volume:
             "offset": offset,
             "byte_order": byte_order,
         }
+        if isinstance(source, (str, os.PathLike)):
+            of_files["curved"] = curved
         of_grids = {
             "spacing": spacing,
             "origin": origin,
@@ -107,7 +113,7 @@ class Volume:
             return
         _refuse(of_files, "arrays and objects")
         if isinstance(source, Volume):
-            _refuse(of_arrays | of_grids, "a volume")
+            _refuse(of_arrays | of_grids | {"curved": curved}, "a volume")
             self._native = source._native
             if scalars is not None:
                 self._native = source._with_scalars(scalars, association, field or "scalars")
@@ -118,9 +124,9 @@ class Volume:
         found = None if isinstance(source, np.ndarray) else objects.read(source)
         if isinstance(found, objects.Mesh):
             _refuse(of_arrays | of_grids, "an object with cells")
-            self._native = _of_mesh(found, scalars, association, field)
+            self._native = _of_mesh(found, scalars, association, field, curved)
         elif isinstance(found, objects.Grid):
-            _refuse(of_arrays | of_grids, "an object with samples")
+            _refuse(of_arrays | of_grids | {"curved": curved}, "an object with samples")
             self._native = _of_grid(found, scalars, association, field)
         elif cells is None and connectivity is None:
             if not hasattr(source, "__array__") and not isinstance(source, (list, tuple)):
@@ -128,7 +134,7 @@ class Volume:
                     f"a {_class(source)} is not a volume",
                     "give arrays, the path of a file, or an object of PyVista, VTK or meshio",
                 )
-            _refuse(of_arrays | {"scalars": scalars, "association": association}, "a grid")
+            _refuse(of_arrays | {"scalars": scalars, "association": association, "curved": curved}, "a grid")
             nearest = interpolation == "nearest"
             self._native = _grid(source, spacing, origin, direction, nearest, field or "samples")
         else:
@@ -139,7 +145,7 @@ class Volume:
             if scalars is None:
                 raise error("a mesh needs scalars to be drawn", "give `scalars`")
             self._native = _mesh(
-                source, cells, celltypes, offsets, scalars, association, field or "scalars"
+                source, cells, celltypes, offsets, scalars, association, field or "scalars", curved
             )
 
     def with_scalars(
@@ -275,7 +281,7 @@ def source_of(
             continue
         if name in ("step", "n_cells", "seed", "offset"):
             written["cells" if name == "n_cells" else name] = arrays.count(name, value)
-        elif name == "time":
+        elif name in ("time", "curved"):
             written[name] = arrays.number(name, value)
         elif name == "dims":
             dims = arrays.indices(name, value)
@@ -353,6 +359,7 @@ def _mesh(
     scalars: Any,
     association: str | None,
     name: str,
+    curved: Any,
 ) -> native.Volume:
     places = _points(points)
     values = arrays.scalars("scalars", scalars)
@@ -406,7 +413,7 @@ def _mesh(
         arrays.plain(values, values.dtype),
         _association(values, len(places), count, association),
         str(name),
-        [],
+        None if curved is None else arrays.number("curved", curved),
     )
 
 
@@ -438,7 +445,7 @@ def _count(connectivity: Array, offsets: Any) -> int:
 
 
 def _of_mesh(
-    found: objects.Mesh, scalars: Any, association: str | None, field: str | None
+    found: objects.Mesh, scalars: Any, association: str | None, field: str | None, curved: Any
 ) -> native.Volume:
     if scalars is None:
         field, association, scalars = objects.choose(found, field)
@@ -450,6 +457,7 @@ def _of_mesh(
         scalars,
         association,
         field or "scalars",
+        curved,
     )
 
 

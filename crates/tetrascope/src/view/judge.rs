@@ -16,7 +16,8 @@ use tetrascope_reference::{Reference, ReferenceOptions};
 use super::encoded::{Caption, Encoded, Kind};
 use super::quick::Expectation;
 use super::renderers::Setup;
-use super::session::{Complete, Event, Shared};
+use super::session::Event;
+use super::shared::{Complete, Shared};
 use super::state::Field;
 use crate::choose::{Chooser, SampledError};
 

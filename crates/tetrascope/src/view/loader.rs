@@ -6,7 +6,7 @@ use std::time::Duration;
 use tetrascope_core::Error;
 use tetrascope_scene::VolumeSource;
 
-use super::session::Shared;
+use super::shared::Shared;
 use super::state::{Field, Wanted};
 use crate::volumes;
 

@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 
 use tetrascope_core::{Error, text};
-use tetrascope_io::image::{encode_exr, encode_npy, encode_png};
+use tetrascope_io::image::{encode_exr, encode_npy, encode_png, encode_texts};
 
-use super::session::Complete;
+use super::shared::Complete;
 use super::state::State;
 use crate::Settings;
+use crate::provenance::{Input, Provenance};
 
 /// A format of images, as [`write_image`](tetrascope_io::image::write_image) writes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,41 +19,43 @@ pub enum PictureFormat {
     Exr,
     /// Linear floats.
     Npy,
+    /// The texts beside an NPY file, which has no room for them.
+    NpyTexts,
 }
 
 impl PictureFormat {
     /// Each with its extension and media type.
-    pub const ALL: [(PictureFormat, &'static str, &'static str); 3] = [
+    pub const ALL: [(PictureFormat, &'static str, &'static str); 4] = [
         (PictureFormat::Png, "png", "image/png"),
         (PictureFormat::Exr, "exr", "image/x-exr"),
         (PictureFormat::Npy, "npy", "application/octet-stream"),
+        (PictureFormat::NpyTexts, "npy.json", "application/json"),
     ];
 
     /// The bytes of a file of the picture.
     pub(crate) fn encode(self, complete: &Complete) -> Result<Vec<u8>, Error> {
-        let metadata = metadata(complete);
+        let frame = &complete.frame;
         match self {
-            PictureFormat::Png => encode_png(&complete.frame, &metadata),
-            PictureFormat::Exr => encode_exr(&complete.frame, &metadata),
-            PictureFormat::Npy => encode_npy(&complete.frame),
+            PictureFormat::Png => encode_png(frame, &texts(complete)?),
+            PictureFormat::Exr => encode_exr(frame, &texts(complete)?),
+            PictureFormat::Npy => encode_npy(frame),
+            PictureFormat::NpyTexts => Ok(encode_texts(&texts(complete)?)),
         }
     }
 }
 
-/// The texts that make the picture again.
-fn metadata(complete: &Complete) -> Vec<(String, String)> {
-    let texts = [
-        (
-            "Software",
-            format!("tetrascope {}", env!("CARGO_PKG_VERSION")),
-        ),
-        ("Algorithm", complete.setup.algorithm.name.into()),
-        ("Settings", complete.setup.settings.to_string()),
-        ("Mesh", complete.state.field.loaded.description.clone()),
-        ("Scene", complete.state.scene.to_toml()),
-    ];
-    let texts = texts.into_iter().filter(|(_, text)| !text.is_empty());
-    texts.map(|(key, text)| (key.into(), text)).collect()
+/// The texts that `tetrascope render` writes, too.
+fn texts(complete: &Complete) -> Result<Vec<(String, String)>, Error> {
+    let loaded = &complete.state.field.loaded;
+    let provenance = Provenance {
+        algorithm: complete.setup.algorithm,
+        settings: &complete.setup.settings,
+        adapter: complete.adapter.as_deref(),
+        loaded,
+        inputs: &Input::all_of(loaded)?,
+        scene: &complete.state.scene,
+    };
+    Ok(provenance.texts(&complete.frame))
 }
 
 /// The name of a state's files, without an extension.

@@ -49,14 +49,22 @@ struct Prepared {
     renderer: Renderer,
     field: Arc<Field>,
     appearance: Appearance,
+    /// Whether scalars may still be rounded relative to a range of before.
+    is_restyled: bool,
 }
 
 impl Slot {
-    /// Draws a view of the state's volume in its look.
-    pub(crate) fn draw(&mut self, state: &State, view: &View) -> Result<Frame, Error> {
+    /// Draws a view of the state's volume in its look; `exactly` as a new renderer draws it, to the last
+    /// bit.
+    pub(crate) fn draw(
+        &mut self,
+        state: &State,
+        view: &View,
+        exactly: bool,
+    ) -> Result<Frame, Error> {
         let (field, appearance) = (&state.field, &state.scene.appearance);
         if let Some(prepared) = &mut self.prepared {
-            let kept = prepared.follow(field, appearance);
+            let kept = prepared.follow(field, appearance, exactly);
             // What cannot follow is made anew: a volume of another kind, a lost device.
             if kept.is_err() {
                 self.prepared = None;
@@ -75,6 +83,7 @@ impl Slot {
                     renderer,
                     field: field.clone(),
                     appearance: appearance.clone(),
+                    is_restyled: false,
                 })
             }
         };
@@ -88,14 +97,23 @@ impl Slot {
 }
 
 impl Prepared {
-    fn follow(&mut self, field: &Arc<Field>, appearance: &Appearance) -> Result<(), Error> {
-        if field.id != self.field.id {
-            self.renderer.reload(field.volume())?;
-            self.field = field.clone();
-        }
+    fn follow(
+        &mut self,
+        field: &Arc<Field>,
+        appearance: &Appearance,
+        exactly: bool,
+    ) -> Result<(), Error> {
         if *appearance != self.appearance {
             self.renderer.restyle(appearance)?;
             self.appearance = appearance.clone();
+            self.is_restyled = true;
+        }
+        // A restyle keeps scalars as they were rounded, where digits are left; a reload sends them
+        // anew, and nothing else of the same volume.
+        if field.id != self.field.id || (exactly && self.is_restyled) {
+            self.renderer.reload(field.volume())?;
+            self.field = field.clone();
+            self.is_restyled = false;
         }
         Ok(())
     }

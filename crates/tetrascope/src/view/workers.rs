@@ -9,7 +9,8 @@ use tetrascope_core::{Error, Frame, View};
 use super::encoded::{Caption, Encoded, Kind};
 use super::quick;
 use super::renderers::Setup;
-use super::session::{Complete, Event, Shared};
+use super::session::Event;
+use super::shared::{Complete, Shared};
 use super::state::State;
 
 /// Wakes now and then, should nobody wake it.
@@ -43,11 +44,11 @@ pub(crate) fn quick(shared: &Shared) {
         let mut slot = slot.lock().unwrap_or_else(PoisonError::into_inner);
         // What a complete picture was stopped by.
         slot.stop().clear();
-        let drawn = slot.draw(state, &sized(&state.scene.view, size));
+        let is_complete = size == full && quick.setup == Setup::of(state);
+        let drawn = slot.draw(state, &sized(&state.scene.view, size), is_complete);
         drop(slot);
         let draw = begun.elapsed();
         let sent = drawn.and_then(|frame| {
-            let is_complete = size == full && quick.setup == Setup::of(state);
             let kind = if is_complete {
                 Kind::Complete
             } else {
@@ -62,7 +63,7 @@ pub(crate) fn quick(shared: &Shared) {
                 (kind, begun, draw),
                 more,
             )?;
-            Ok(is_complete.then(|| complete_of(&job, &quick.setup, frame)))
+            Ok(is_complete.then(|| complete_of(shared, &job, &quick.setup, frame)))
         });
         match sent {
             Ok(complete) => {
@@ -118,7 +119,7 @@ pub(crate) fn complete(shared: &Shared) {
                 send(shared, &job, &setup, &frame, (kind, begun, draw), json!({}))?;
                 if is_complete {
                     last = Some((setup.clone(), draw.as_secs_f64(), pixels));
-                    let complete = complete_of(&job, &setup, frame);
+                    let complete = complete_of(shared, &job, &setup, frame);
                     shared.update(|inbox| inbox.complete = Some(complete));
                 }
                 Ok(())
@@ -194,13 +195,15 @@ fn draw_stoppable(
         inbox.full_stop = Some(stop.clone());
         Ok(())
     })?;
-    let drawn = slot.draw(state, &sized(&state.scene.view, size));
+    let drawn = slot.draw(state, &sized(&state.scene.view, size), true);
     shared.update(|inbox| inbox.full_stop = None);
     drawn
 }
 
-fn complete_of(job: &Job, setup: &Setup, frame: Frame) -> Complete {
+fn complete_of(shared: &Shared, job: &Job, setup: &Setup, frame: Frame) -> Complete {
+    let adapter = shared.renderers.adapter();
     Complete {
+        adapter: adapter.filter(|_| setup.algorithm.needs_gpu),
         state: job.state.clone(),
         frame: Arc::new(frame),
         setup: setup.clone(),

@@ -14,11 +14,16 @@ fn only_who_knows_the_token_is_answered() {
     let page = String::from_utf8(body).expect("text");
     assert!(page.contains("<title>Tetrascope</title>"));
     // Nothing is loaded from elsewhere, and nothing is in the page that would need leave.
-    for (name, forbidden) in [
+    let scripts = page.split("<script src=\"").skip(1);
+    let scripts: Vec<&str> = scripts.filter_map(|rest| rest.split('"').next()).collect();
+    assert!(scripts.len() > 5, "{scripts:?}");
+    let of_scripts = ["http://", "https://", "innerHTML", "eval("];
+    let scripts = scripts.iter().map(|name| (*name, of_scripts));
+    let others = [
         ("", ["http://", "https://", " style=", " onclick="]),
         ("style.css", ["http://", "https://", "@import", "url("]),
-        ("viewer.js", ["http://", "https://", "innerHTML", "eval("]),
-    ] {
+    ];
+    for (name, forbidden) in others.into_iter().chain(scripts) {
         let text = String::from_utf8(viewer.file(name)).expect("text");
         for word in forbidden {
             assert!(!text.contains(word), "{name} has {word}");
@@ -38,7 +43,7 @@ fn only_who_knows_the_token_is_answered() {
     for path in [
         "/",
         "/index.html",
-        "/viewer.js",
+        "/panels.js",
         "/ws",
         "/picture.png",
         &format!("/{other}/"),
@@ -76,12 +81,12 @@ fn nothing_of_the_disk_can_be_asked_for() {
         "picture.jpg",
         "picture.png%00",
         "%2e%2e/",
-        "viewer.js?file=/etc/passwd&x=/etc/passwd#",
+        "panels.js?file=/etc/passwd&x=/etc/passwd#",
     ] {
         let (status, _, body) = viewer.get(&format!("/{token}/{name}"), "");
         let body = String::from_utf8_lossy(&body);
         assert!(!body.contains("root:"), "{name}");
-        let is_page = name.starts_with("viewer.js");
+        let is_page = name.starts_with("panels.js");
         assert_eq!(status, if is_page { 200 } else { 404 }, "{name}");
     }
     let mut socket = viewer.socket();

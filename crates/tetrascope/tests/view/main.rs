@@ -3,6 +3,8 @@
 mod access;
 mod browser;
 mod devtools;
+mod hands;
 mod page;
 mod program;
+mod saved;
 mod session;

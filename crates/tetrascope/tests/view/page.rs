@@ -43,7 +43,7 @@ fn base64(text: &str) -> Vec<u8> {
 }
 
 /// Waits for the complete picture of the newest state.
-fn complete(tab: &mut Tab) {
+pub(crate) fn complete(tab: &mut Tab) {
     tab.until(
         "document.getElementById('picture').dataset.kind === 'complete' && state && !camera.isHeld() \
          && Number(document.getElementById('picture').dataset.version) === state.version \
@@ -53,11 +53,17 @@ fn complete(tab: &mut Tab) {
 
 /// Holds the page's picture to what `tetrascope render` draws of the viewer's scene.
 fn check(tab: &mut Tab, viewer: &Viewer, what: &str) -> Vec<u8> {
+    check_by(tab, viewer, "raycast-cpu", what)
+}
+
+/// As [`check`], by an algorithm.
+pub(crate) fn check_by(tab: &mut Tab, viewer: &Viewer, algorithm: &str, what: &str) -> Vec<u8> {
     complete(tab);
     let (size, shown) = pixels(tab);
     let folder = tempfile::tempdir().expect("a folder");
     let scene = viewer.file("scene.toml");
-    let (wanted_size, wanted) = rendered(folder.path(), &scene, "--algorithm raycast-cpu");
+    let options = format!("--algorithm {algorithm}");
+    let (wanted_size, wanted) = rendered(folder.path(), &scene, &options);
     assert_eq!(size, wanted_size, "{what}");
     let differ = shown.iter().zip(&wanted).filter(|(a, b)| a != b).count();
     assert_eq!(

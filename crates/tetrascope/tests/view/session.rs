@@ -257,7 +257,9 @@ fn points_presets_and_ranges_make_the_function_that_is_drawn() {
     assert_eq!(knots(&told).range(), (0.0, 1.0));
     let first = knots(&told).knots()[0];
     assert_eq!(first.color.to_array(), [1.0, 0.0, 0.0]);
-    told.complete();
+    // Whatever the ranges were before, the picture is that of a new renderer.
+    let picture = told.complete();
+    assert_eq!(decode(picture.png()).1, drawn(&told.session.state()));
 }
 
 #[test]

@@ -6,13 +6,14 @@ use serde_json::{Value, json};
 use tetrascope::choose::Need;
 use tetrascope::core::{Error, Frame, Volume, VolumeRenderer as _};
 use tetrascope::io::image::{self, write_image};
+use tetrascope::provenance::Input;
 use tetrascope::scene::Scene;
 use tetrascope::{Algorithm, Context, Settings, emptiness};
 
 use crate::args::RenderArgs;
 use crate::need::choice_json;
 use crate::output::{Output, Stop};
-use crate::picture::{Input, Picture, Times};
+use crate::picture::{Picture, Times};
 use crate::scene::Request;
 use crate::series::{self, Steps};
 
@@ -37,8 +38,7 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     image::check_path(&path)?;
 
     let (loaded, load) = request.load(output)?;
-    let inputs = loaded.files.iter().map(|path| Input::of(path));
-    let inputs = inputs.collect::<Result<Vec<Input>, Error>>()?;
+    let inputs = Input::all_of(&loaded)?;
     let volume = &loaded.volume;
     let scene = request.resolve(volume, output)?;
     let drawn = how.draw(args, (volume, &scene), output)?;

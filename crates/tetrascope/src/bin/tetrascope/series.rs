@@ -20,13 +20,14 @@ use serde_json::{Value, json};
 use tetrascope::core::{Error, Volume, VolumeRenderer as _};
 use tetrascope::io::Step;
 use tetrascope::io::image::{self, write_image};
+use tetrascope::provenance::Input;
 use tetrascope::scene::Scene;
 use tetrascope::volumes::{self, Loaded};
 use tetrascope::{Algorithm, Context, Renderer, Settings, emptiness};
 
 use crate::args::RenderArgs;
 use crate::output::{Output, StepError, Stop, Watch};
-use crate::picture::{Input, Picture, Times};
+use crate::picture::{Picture, Times};
 use crate::render::{BYTES_PER_PIXEL, How};
 use crate::scene::Request;
 
@@ -173,8 +174,7 @@ impl Series {
         let volume = &loaded.volume;
         (self.algorithm.supports)(volume, &scene.appearance, &scene.view, &self.settings)?;
         scene.view.check_memory(BYTES_PER_PIXEL)?;
-        let inputs = loaded.files.iter().map(|path| Input::of(path));
-        let inputs = inputs.collect::<Result<Vec<Input>, Error>>()?;
+        let inputs = Input::all_of(&loaded)?;
         laps.next();
         let renderer = match (&mut self.renderer, &self.common) {
             (Some(renderer), Some(_)) => {

@@ -4,10 +4,9 @@ use std::path::Path;
 
 use tetrascope::core::Error;
 use tetrascope::io::image::read_metadata;
+use tetrascope::provenance::Input;
 use tetrascope::scene::{Scene, SceneFile};
 use tetrascope::{Algorithm, Settings};
-
-use crate::picture::Input;
 
 /// Whether the frame at `path` is there, whole, and just what would be drawn in its place.
 ///
