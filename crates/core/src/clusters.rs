@@ -17,7 +17,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::mesh::Association;
-use crate::{Bounds, Error, Scalars, TetMesh};
+use crate::{Bounds, Error, Scalars, TetMesh, is_value};
 
 pub use cut::{CellSource, Cut, Part, cut};
 
@@ -44,6 +44,11 @@ pub trait ClusterSource: Debug + Send + Sync {
 
     /// Some of the values, evenly spread: at points or in cells.
     fn picked(&self) -> &[f64];
+
+    /// A checksum that stands for all clusters, if there is one.
+    fn checksum(&self) -> Option<u32> {
+        None
+    }
 
     /// The cluster with this number, which exists.
     ///
@@ -168,7 +173,7 @@ impl ClusterSource for InMemory {
 impl Part {
     /// The facts about this part.
     pub fn cluster(&self) -> Cluster {
-        let finite = self.values.iter().copied().filter(|v| v.is_finite());
+        let finite = self.values.iter().copied().filter(|v| is_value(*v));
         let range = finite.fold(None, |range: Option<(f64, f64)>, v| match range {
             None => Some((v, v)),
             Some((low, high)) => Some((low.min(v), high.max(v))),
