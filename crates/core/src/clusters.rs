@@ -81,7 +81,10 @@ impl MeshClusters {
         let ranges = clusters.iter().filter_map(|cluster| cluster.scalar_range);
         let join = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
         let scalar_range = ranges.reduce(join);
-        let cells = clusters.iter().map(|cluster| u64::from(cluster.cells)).sum();
+        let cells = clusters
+            .iter()
+            .map(|cluster| u64::from(cluster.cells))
+            .sum();
         if usize::try_from(cells).is_err() {
             return Err(Error::invalid(format!("a mesh of {cells} cells")));
         }

@@ -285,7 +285,12 @@ mod tests {
                 };
                 listed += 1;
                 let mesh = dataset.mesh(&options).expect("small");
-                assert_eq!(cells.cell_count(), mesh.cell_count() as u64, "{}", dataset.name);
+                assert_eq!(
+                    cells.cell_count(),
+                    mesh.cell_count() as u64,
+                    "{}",
+                    dataset.name
+                );
                 for (number, cell) in (0..).zip(mesh.tetrahedra()) {
                     assert_eq!(cells.cell(number), *cell, "{} {number}", dataset.name);
                 }

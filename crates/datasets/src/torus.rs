@@ -133,7 +133,9 @@ fn make(cells: u64, _seed: u64) -> Result<TetMesh, Error> {
     let count = cells.sections * cells.points.len();
     let points = (0..count as u32).map(|point| cells.point(point)).collect();
     let values = (0..count as u64).map(|point| cells.value(point)).collect();
-    let tetrahedra = (0..cells.cell_count()).map(|cell| cells.cell(cell)).collect();
+    let tetrahedra = (0..cells.cell_count())
+        .map(|cell| cells.cell(cell))
+        .collect();
     let scalars = Scalars {
         name: FIELD.into(),
         association: Association::Point,

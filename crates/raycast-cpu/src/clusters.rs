@@ -87,7 +87,10 @@ impl Caster {
     /// Another look; clusters that are kept stay if their scalars suit it.
     pub(crate) fn restyle(&mut self, appearance: &Appearance) {
         let range = self.domain.scalar_range;
-        let kept = self.kept.get_mut().expect("no frame panics while it is held");
+        let kept = self
+            .kept
+            .get_mut()
+            .expect("no frame panics while it is held");
         match self.map.suits_appearance(appearance, range) {
             true => kept.restyle(appearance),
             false => {
@@ -183,7 +186,14 @@ impl Caster {
                 tally.hidden += 1;
                 continue;
             }
-            let sight = Sight::of(number, cluster, &self.appearance, view, &rays, &normalization);
+            let sight = Sight::of(
+                number,
+                cluster,
+                &self.appearance,
+                view,
+                &rays,
+                &normalization,
+            );
             match sight {
                 Some(sight) => sights.push(sight),
                 None => tally.outside += 1,
@@ -200,7 +210,10 @@ impl Caster {
 
     /// Draws clusters in some rows of blocks; `None` if that takes more than one row and more than `room`
     /// bytes of runs.
-    #[expect(clippy::too_many_arguments, reason = "two callers, each with what differs")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "two callers, each with what differs"
+    )]
     fn tiles(
         &self,
         view: &View,
@@ -218,7 +231,11 @@ impl Caster {
         let mut tiles: Vec<Tile> = blocks
             .map(|block| Tile::new(&self.appearance, &self.options, size, side, block))
             .collect();
-        let batch = self.kept.lock().expect("no frame panics while it is held").batch(BATCH);
+        let batch = self
+            .kept
+            .lock()
+            .expect("no frame panics while it is held")
+            .batch(BATCH);
         for sights in sights.chunks(batch) {
             stop.check()?;
             let mut wanted = Vec::new();
@@ -269,8 +286,7 @@ impl Caster {
         }
         drop(kept);
         let mesh = self.clusters.source().read(cluster)?;
-        let part =
-            crate::mesh::Caster::with_map(&mesh, &self.appearance, &self.options, self.map)?;
+        let part = crate::mesh::Caster::with_map(&mesh, &self.appearance, &self.options, self.map)?;
         Ok((part.into(), true))
     }
 }

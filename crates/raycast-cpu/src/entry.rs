@@ -71,7 +71,9 @@ impl RaycastCpuOptions {
 /// [`Appearance::validate_in`](tetrascope_core::Appearance::validate_in) refuses.
 pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
     match volume {
-        Volume::Mesh(_) | Volume::Grid(_) | Volume::Clusters(_) => ABILITIES.check(NAME, appearance, &volume.bounds()),
+        Volume::Mesh(_) | Volume::Grid(_) | Volume::Clusters(_) => {
+            ABILITIES.check(NAME, appearance, &volume.bounds())
+        }
         _ => Err(Error::Unsupported {
             renderer: NAME,
             what: "a grid that stays in its file".into(),

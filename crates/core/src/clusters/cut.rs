@@ -137,7 +137,9 @@ pub fn cut(
     find_groups(source, limits, 0..END, capacity, &mut groups)?;
     for group in groups {
         let mut cells = Vec::with_capacity(group.cells as usize);
-        list(source, limits, &group.places, |placed| cells.extend_from_slice(placed))?;
+        list(source, limits, &group.places, |placed| {
+            cells.extend_from_slice(placed)
+        })?;
         cells.par_sort_unstable_by_key(|placed| (placed.place, placed.cell));
         // As many as are needed, and nearly equal.
         let parts = group.cells.div_ceil(limits.most_cells.into()).max(1);
@@ -146,7 +148,9 @@ pub fn cut(
         // A few at a time, as parts take memory, too.
         for ranges in ranges.chunks(rayon::current_num_threads()) {
             limits.stop.check()?;
-            let made = ranges.par_iter().map(|range| part(source, &cells[range.clone()]));
+            let made = ranges
+                .par_iter()
+                .map(|range| part(source, &cells[range.clone()]));
             let made: Vec<Part> = made.collect();
             made.into_iter().try_for_each(&mut *take)?;
         }
@@ -231,7 +235,10 @@ fn list(
 
 /// The part with these cells.
 fn part(source: &dyn CellSource, cells: &[Placed]) -> Part {
-    let corners: Vec<[u32; 4]> = cells.iter().map(|placed| source.cell(placed.cell)).collect();
+    let corners: Vec<[u32; 4]> = cells
+        .iter()
+        .map(|placed| source.cell(placed.cell))
+        .collect();
     let mut used: Vec<u32> = corners.iter().flatten().copied().collect();
     used.sort_unstable();
     used.dedup();
@@ -239,8 +246,14 @@ fn part(source: &dyn CellSource, cells: &[Placed]) -> Part {
     let tetrahedra = corners.iter().map(|corners| corners.each_ref().map(local));
     let (_, association) = source.field();
     let values = match association {
-        Association::Point => used.iter().map(|&point| source.value(point.into())).collect(),
-        Association::Cell => cells.iter().map(|placed| source.value(placed.cell)).collect(),
+        Association::Point => used
+            .iter()
+            .map(|&point| source.value(point.into()))
+            .collect(),
+        Association::Cell => cells
+            .iter()
+            .map(|placed| source.value(placed.cell))
+            .collect(),
     };
     Part {
         tetrahedra: tetrahedra.collect(),

@@ -90,7 +90,8 @@ mod tests {
     #[test]
     fn neighbors_on_the_curve_are_neighbors_in_space() {
         const SIDE: u32 = 16;
-        let cells = (0..SIDE).flat_map(|x| (0..SIDE).flat_map(move |y| (0..SIDE).map(move |z| [x, y, z])));
+        let cells =
+            (0..SIDE).flat_map(|x| (0..SIDE).flat_map(move |y| (0..SIDE).map(move |z| [x, y, z])));
         let mut along: Vec<(u64, [u32; 3])> = cells.map(|cell| (index(cell), cell)).collect();
         along.sort_unstable();
         let places = along.iter().map(|(place, _)| *place);

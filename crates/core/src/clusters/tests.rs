@@ -6,13 +6,17 @@ use super::*;
 fn mesh(n: u32, association: Association) -> TetMesh {
     let at = |i: u32| f64::from(i * i) / f64::from(n * n);
     let side = n + 1;
-    let grid = (0..side).flat_map(|z| (0..side).flat_map(move |y| (0..side).map(move |x| [x, y, z])));
-    let points: Vec<DVec3> = grid.map(|[x, y, z]| DVec3::new(at(x), at(y), at(z))).collect();
+    let grid =
+        (0..side).flat_map(|z| (0..side).flat_map(move |y| (0..side).map(move |x| [x, y, z])));
+    let points: Vec<DVec3> = grid
+        .map(|[x, y, z]| DVec3::new(at(x), at(y), at(z)))
+        .collect();
     let mut cells = Vec::new();
     for z in 0..n {
         for y in 0..n {
             for x in 0..n {
-                let corner = |c: u32| x + (c & 1) + side * (y + (c >> 1 & 1) + side * (z + (c >> 2)));
+                let corner =
+                    |c: u32| x + (c & 1) + side * (y + (c >> 1 & 1) + side * (z + (c >> 2)));
                 for path in [[1, 3], [2, 6], [4, 5], [5, 1], [3, 2], [6, 4]] {
                     cells.push([corner(0), corner(path[0]), corner(path[1]), corner(7)]);
                 }
@@ -111,7 +115,12 @@ fn cells_at_one_place_are_cut_all_the_same() {
     let four = [[0, 1, 2, 3], [0, 1, 2, 4], [0, 1, 3, 4], [1, 2, 3, 4]];
     // All within a millionth of a box that one far point stretches.
     let mut positions: Vec<DVec3> = points.iter().map(|p| *p * 1e-7).collect();
-    positions.extend([DVec3::splat(0.9), DVec3::splat(0.9) + DVec3::X, DVec3::splat(1.0), DVec3::splat(2.0)]);
+    positions.extend([
+        DVec3::splat(0.9),
+        DVec3::splat(0.9) + DVec3::X,
+        DVec3::splat(1.0),
+        DVec3::splat(2.0),
+    ]);
     let mut tetrahedra = four.to_vec();
     tetrahedra.push([5, 6, 7, 8]);
     let scalars = Scalars {

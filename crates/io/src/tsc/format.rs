@@ -53,7 +53,12 @@ impl Header {
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
         bytes.extend(u32::from(self.of_cells).to_le_bytes());
-        for number in [self.cells, self.clusters, self.directory, self.directory_bytes] {
+        for number in [
+            self.cells,
+            self.clusters,
+            self.directory,
+            self.directory_bytes,
+        ] {
             bytes.extend(number.to_le_bytes());
         }
         bytes.extend(self.directory_checksum.to_le_bytes());
@@ -88,7 +93,10 @@ impl Header {
             return Err((0, DAMAGED_HEADER.into()));
         }
         if association > 1 {
-            return Err((12, format!("values are at points (0) or in cells (1), not {association}")));
+            return Err((
+                12,
+                format!("values are at points (0) or in cells (1), not {association}"),
+            ));
         }
         Ok(header)
     }
@@ -173,8 +181,7 @@ pub(super) fn encode(part: &Part) -> (Vec<u8>, u32) {
         bytes.extend(index.to_le_bytes());
     }
     let flag = |is_set: bool, flag| if is_set { flag } else { 0 };
-    let flags =
-        flag(positions_fit, POSITIONS_ARE_FLOATS) | flag(values_fit, VALUES_ARE_FLOATS);
+    let flags = flag(positions_fit, POSITIONS_ARE_FLOATS) | flag(values_fit, VALUES_ARE_FLOATS);
     (bytes, flags)
 }
 
@@ -185,7 +192,9 @@ pub(super) fn decode(bytes: &[u8], entry: &Entry, of_cells: bool) -> Part {
     let mut numbers = |count: usize, flag: u32| -> Vec<f64> {
         match entry.flags & flag {
             0 => (0..count).map(|_| reader.f64()).collect(),
-            _ => (0..count).map(|_| f64::from(f32::from_bits(reader.u32()))).collect(),
+            _ => (0..count)
+                .map(|_| f64::from(f32::from_bits(reader.u32())))
+                .collect(),
         }
     };
     let coordinates = numbers(3 * points as usize, POSITIONS_ARE_FLOATS);

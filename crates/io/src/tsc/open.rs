@@ -41,17 +41,15 @@ const HELP: &str = "copy the file again, or pack the mesh again";
 
 impl Clusters {
     fn open(path: &Path) -> Result<Clusters, Error> {
-        let wrong = |at: u64, what: String| {
-            format_error_with_help(path, format!("byte {at}"), what, HELP)
-        };
+        let wrong =
+            |at: u64, what: String| format_error_with_help(path, format!("byte {at}"), what, HELP);
         let (mut file, length) = open_file(path)?;
         if length < HEADER as u64 {
             return Err(wrong(length, "the file ends within its header".into()));
         }
         let mut header = [0; HEADER];
         read_exact(&mut file, path, 0, &mut header)?;
-        let header =
-            Header::decode(&header).map_err(|(at, what)| wrong(at as u64, what))?;
+        let header = Header::decode(&header).map_err(|(at, what)| wrong(at as u64, what))?;
         let end = header.directory.checked_add(header.directory_bytes);
         if end != Some(length) || header.directory < HEADER as u64 {
             let what = format!(
@@ -86,7 +84,10 @@ impl Clusters {
             let at = first + number * ENTRY as u64;
             let length = entry.length(header.of_cells);
             let (Some(length), true) = (length, entry.is_sound()) else {
-                return Err(wrong(at, format!("cluster {number} has numbers that make no sense")));
+                return Err(wrong(
+                    at,
+                    format!("cluster {number} has numbers that make no sense"),
+                ));
             };
             if entry.offset != next {
                 let what = format!(
@@ -173,7 +174,9 @@ fn parts(directory: &[u8]) -> Result<(String, Vec<f64>, &[u8]), String> {
             return Err(cut_off());
         }
         let count = reader.u32() as usize;
-        let fits = count.checked_mul(width).is_some_and(|bytes| bytes <= reader.0.len());
+        let fits = count
+            .checked_mul(width)
+            .is_some_and(|bytes| bytes <= reader.0.len());
         if fits { Ok(count) } else { Err(cut_off()) }
     };
     let bytes = length(&mut reader, 1)?;

@@ -20,7 +20,13 @@ fn cut(most_cells: u32) -> Cut {
 }
 
 fn with_cell_values(mesh: &TetMesh) -> TetMesh {
-    let value = |i: usize| if i % 7 == 3 { f64::NAN } else { (i as f64).sin() };
+    let value = |i: usize| {
+        if i % 7 == 3 {
+            f64::NAN
+        } else {
+            (i as f64).sin()
+        }
+    };
     let scalars = Scalars {
         name: "per cell, µ".into(),
         association: Association::Cell,
@@ -32,7 +38,10 @@ fn with_cell_values(mesh: &TetMesh) -> TetMesh {
 /// The torus with positions and values that f32 holds exactly.
 fn in_floats(mesh: &TetMesh) -> TetMesh {
     let round = |x: f64| f64::from(x as f32);
-    let points = mesh.points().iter().map(|p| DVec3::from(p.to_array().map(round)));
+    let points = mesh
+        .points()
+        .iter()
+        .map(|p| DVec3::from(p.to_array().map(round)));
     let scalars = Scalars {
         values: mesh.scalars().values.iter().copied().map(round).collect(),
         ..mesh.scalars().clone()
@@ -56,8 +65,7 @@ fn what_is_written_is_read() {
         for most in [50, 1000, 100_000] {
             let packed = write_tsc(&path, &mesh, &cut(most)).expect("written");
             let memory = MeshClusters::of(&mesh, most).expect("cut");
-            let FileData::Clusters(file) =
-                read_file(&path, &ReadOptions::default()).expect("read")
+            let FileData::Clusters(file) = read_file(&path, &ReadOptions::default()).expect("read")
             else {
                 panic!("clusters");
             };
@@ -74,7 +82,11 @@ fn what_is_written_is_read() {
                 assert_eq!(bits(&a), bits(&b));
             }
             // 16 bytes of indices, a value where it is the cell's, and the cluster's entry.
-            let values = if file.field().1 == Association::Cell { 8 } else { 0 };
+            let values = if file.field().1 == Association::Cell {
+                8
+            } else {
+                0
+            };
             let beside = packed.bytes - per_point * packed.points;
             let name_and_picked = 8 + 8 * file.picked().len() + file.field().0.len();
             let expected = HEADER as u64
@@ -182,19 +194,46 @@ fn forged_numbers_are_refused() {
     check(&entry(12, &[0; 4]), "numbers that make no sense");
     check(&entry(16, &[4]), "numbers that make no sense");
     check(&entry(20, &most), "its checksum is another");
-    check(&entry(24, &f64::NAN.to_le_bytes()), "numbers that make no sense");
-    check(&entry(24, &9.0_f64.to_le_bytes()), "numbers that make no sense");
-    check(&entry(24, &(-9.0_f64).to_le_bytes()), "not those that the directory has");
-    check(&entry(72, &9.0_f64.to_le_bytes()), "numbers that make no sense");
-    check(&entry(80, &9.0_f64.to_le_bytes()), "not those that the directory has");
-    check(&entry(72, &f64::NAN.to_le_bytes()), "not those that the directory has");
+    check(
+        &entry(24, &f64::NAN.to_le_bytes()),
+        "numbers that make no sense",
+    );
+    check(
+        &entry(24, &9.0_f64.to_le_bytes()),
+        "numbers that make no sense",
+    );
+    check(
+        &entry(24, &(-9.0_f64).to_le_bytes()),
+        "not those that the directory has",
+    );
+    check(
+        &entry(72, &9.0_f64.to_le_bytes()),
+        "numbers that make no sense",
+    );
+    check(
+        &entry(80, &9.0_f64.to_le_bytes()),
+        "not those that the directory has",
+    );
+    check(
+        &entry(72, &f64::NAN.to_le_bytes()),
+        "not those that the directory has",
+    );
     // The name's length and that of the values.
     let directory = u64::from_le_bytes(whole[32..40].try_into().expect("eight")) as usize;
     let at = directory as isize - whole.len() as isize;
-    check(&forged(&whole, at, &most), "within the field's name or values");
+    check(
+        &forged(&whole, at, &most),
+        "within the field's name or values",
+    );
     let after_name = at + 4 + "per cell, µ".len() as isize;
-    check(&forged(&whole, after_name, &most), "within the field's name or values");
-    check(&forged(&whole, after_name, &[1, 0, 0, 0]), "where each takes");
+    check(
+        &forged(&whole, after_name, &most),
+        "within the field's name or values",
+    );
+    check(
+        &forged(&whole, after_name, &[1, 0, 0, 0]),
+        "where each takes",
+    );
     // The last index of the last cluster, which has no such point.
     let mut forged = whole.clone();
     forged[directory - 4..directory].copy_from_slice(&most);

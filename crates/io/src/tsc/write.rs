@@ -113,7 +113,9 @@ fn write(
     let mut directory = Vec::new();
     for length in [name.len(), picked.len()] {
         if u32::try_from(length).is_err() {
-            return Err(Error::invalid(format!("{length} bytes or values in a directory")));
+            return Err(Error::invalid(format!(
+                "{length} bytes or values in a directory"
+            )));
         }
     }
     directory.extend((name.len() as u32).to_le_bytes());

@@ -54,7 +54,10 @@ impl Kept {
         }
         Ok(Kept {
             parts: vec![None; all.len()],
-            sizes: all.iter().map(|c| size(c, KEPT_PER_CELL, KEPT_PER_POINT)).collect(),
+            sizes: all
+                .iter()
+                .map(|c| size(c, KEPT_PER_CELL, KEPT_PER_POINT))
+                .collect(),
             bytes: 0,
             largest,
             memory,

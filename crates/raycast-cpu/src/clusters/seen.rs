@@ -45,7 +45,10 @@ impl Look {
         let (low, high) = (self.map.scalar(low), self.map.scalar(high));
         if self.model == OpticalModel::Isosurfaces {
             // Met where one end is below the value and the other is not.
-            return self.surfaces.iter().any(|&value| low < value && value <= high);
+            return self
+                .surfaces
+                .iter()
+                .any(|&value| low < value && value <= high);
         }
         // A scalar between two others is off by a few roundings of the greater.
         let blur = low.abs().max(high.abs()) * (1.0 / (1 << 20) as f32);
@@ -85,11 +88,16 @@ impl Sight {
         if cluster.bounds.is_empty() {
             return None;
         }
-        let corners = cluster.bounds.corners().map(|corner| normalization.point(corner));
+        let corners = cluster
+            .bounds
+            .corners()
+            .map(|corner| normalization.point(corner));
         let cut_away = appearance.clip_planes.iter().any(|plane| {
             let normal = plane.normal.normalize();
             let height = normal.dot(normalization.point(plane.point));
-            corners.iter().all(|corner| normal.dot(*corner) - height < -SLACK)
+            corners
+                .iter()
+                .all(|corner| normal.dot(*corner) - height < -SLACK)
         });
         let depths = corners.map(|corner| rays.depth(corner) - rays.eye_depth);
         let farthest = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);

@@ -16,9 +16,8 @@ pub(super) fn crossing(through: [f32; 2], slope: [f32; 2], corners: [Vertex; 3])
     let has_gap = corners.iter().any(|corner| corner[3] >= LEAST_NO_SCALAR);
     let corners = corners.map(|corner| corner.map(f64::from));
     let [a, b, c] = corners.map(|[x, y, z, _]| {
-        [(x, 0), (y, 1)].map(|(x, axis)| {
-            f64::from(slope[axis]) * z + (x - f64::from(through[axis]))
-        })
+        [(x, 0), (y, 1)]
+            .map(|(x, axis)| f64::from(slope[axis]) * z + (x - f64::from(through[axis])))
     });
     let area = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
     let areas = [area(b, c), area(c, a), area(a, b)];
@@ -70,7 +69,8 @@ mod tests {
             }
             for (i, value) in [(2, first[0]), (3, first[1])] {
                 let values = corners.map(|corner| corner[i]);
-                let within = values.iter().any(|v| *v <= value) && values.iter().any(|v| *v >= value);
+                let within =
+                    values.iter().any(|v| *v <= value) && values.iter().any(|v| *v >= value);
                 assert!(within, "{case}");
             }
         }
@@ -78,7 +78,11 @@ mod tests {
 
     #[test]
     fn a_mean_is_that_of_the_corners_and_a_constant_stays_one() {
-        let corners = [[0.0, 0.0, 1.0, 0.1], [3.0, 0.0, 1.0, 0.1], [0.0, 3.0, 4.0, 0.1]];
+        let corners = [
+            [0.0, 0.0, 1.0, 0.1],
+            [3.0, 0.0, 1.0, 0.1],
+            [0.0, 3.0, 4.0, 0.1],
+        ];
         // Along z through (1, 1): a third of each corner.
         let [z, scalar] = crossing([1.0, 1.0], [0.0; 2], corners);
         assert_eq!((z, scalar), (2.0, 0.1));

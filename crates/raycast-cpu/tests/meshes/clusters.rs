@@ -82,8 +82,15 @@ fn check(
             for &parts in parts {
                 let found = draw(&cut(mesh, parts), &appearance, view);
                 let (near, far) = difference(&whole, &found, most);
-                println!("{name}, {}, {parts} parts: {near:.1e}, {far} beyond", model.name());
-                assert!(far <= outline, "{name}, {}, {parts} parts: {far}", model.name());
+                println!(
+                    "{name}, {}, {parts} parts: {near:.1e}, {far} beyond",
+                    model.name()
+                );
+                assert!(
+                    far <= outline,
+                    "{name}, {}, {parts} parts: {far}",
+                    model.name()
+                );
                 let depths = [&whole, &found].map(|frame| frame.depths.clone());
                 assert_eq!(depths[0].is_some(), model == OpticalModel::Isosurfaces);
                 if let [Some(a), Some(b)] = depths {
@@ -108,7 +115,11 @@ fn views(volume: &Volume) -> Vec<View> {
 
 #[test]
 fn any_number_of_parts_gives_the_picture_of_one() {
-    for (name, cells) in [("sphere", 5 * 8 * 8 * 8), ("torus", 3000), ("delaunay", 2000)] {
+    for (name, cells) in [
+        ("sphere", 5 * 8 * 8 * 8),
+        ("torus", 3000),
+        ("delaunay", 2000),
+    ] {
         let (mesh, appearance) = mesh(name, cells);
         let volume = Volume::Mesh(mesh.clone());
         let appearance = surfaces(&volume, appearance);
@@ -127,7 +138,13 @@ fn clips_and_cues_are_those_of_the_whole() {
         depth_cue: Some(DepthCue { strength: 0.7 }),
         ..surfaces(&volume, appearance)
     };
-    check(MOST, "cut torus", (&mesh, &appearance), &[7], &views(&volume));
+    check(
+        MOST,
+        "cut torus",
+        (&mesh, &appearance),
+        &[7],
+        &views(&volume),
+    );
 }
 
 /// One scalar per cell; and four per cell, which jump at every face.
@@ -144,12 +161,16 @@ fn fields_that_jump_are_those_of_the_whole() {
     };
     let of_cells = mesh.with_scalars(of_cells).expect("as many");
     let points: Vec<DVec3> = (0..count).flat_map(|cell| mesh.cell_points(cell)).collect();
-    let cells: Vec<[u32; 4]> = (0..count as u32).map(|i| [0, 1, 2, 3].map(|c| 4 * i + c)).collect();
+    let cells: Vec<[u32; 4]> = (0..count as u32)
+        .map(|i| [0, 1, 2, 3].map(|c| 4 * i + c))
+        .collect();
     let of_corners = Scalars {
         name: "d".into(),
         association: Association::Point,
         // Some of them without a value.
-        values: (0..4 * count).map(|i| if i % 97 == 5 { f64::NAN } else { share(i) }).collect(),
+        values: (0..4 * count)
+            .map(|i| if i % 97 == 5 { f64::NAN } else { share(i) })
+            .collect(),
     };
     let of_corners = TetMesh::from_tetrahedra(points, cells, of_corners).expect("a mesh");
     assert!(!of_corners.is_continuous());
@@ -171,7 +192,10 @@ fn hard_meshes_are_those_of_one_part() {
         }
         let mesh = hard.mesh();
         let bounds = mesh.bounds();
-        let from_low = mesh.points().iter().map(|p| (*p - bounds.min) / bounds.size().max_element());
+        let from_low = mesh
+            .points()
+            .iter()
+            .map(|p| (*p - bounds.min) / bounds.size().max_element());
         let scalars = Scalars {
             name: "s".into(),
             association: Association::Point,
@@ -180,8 +204,18 @@ fn hard_meshes_are_those_of_one_part() {
         let mesh = mesh.with_scalars(scalars).expect("as many");
         let volume = Volume::Mesh(mesh.clone());
         let appearance = surfaces(&volume, ramp(&volume));
-        let most = if hard.thickness < 1e-4 { MOST_AT_JUMPS } else { MOST };
-        check(most, hard.name, (&mesh, &appearance), &[5], &views(&volume)[..2]);
+        let most = if hard.thickness < 1e-4 {
+            MOST_AT_JUMPS
+        } else {
+            MOST
+        };
+        check(
+            most,
+            hard.name,
+            (&mesh, &appearance),
+            &[5],
+            &views(&volume)[..2],
+        );
     }
 }
 
@@ -234,7 +268,9 @@ impl ClusterSource for Watched {
         self.read.lock().expect("no panic").push(cluster);
         let all = 0..self.clusters.source().clusters().len();
         let number = all.filter(|i| (self.only)(*i)).nth(cluster);
-        self.clusters.source().read(number.expect("it is one of them"))
+        self.clusters
+            .source()
+            .read(number.expect("it is one of them"))
     }
 }
 
@@ -305,7 +341,10 @@ fn what_does_not_show_is_not_read() {
     let [drawn, read, hidden, outside, covered] = counts(&frame);
     assert_eq!(drawn + hidden + outside + covered, all.len() as u64);
     assert_eq!((drawn, hidden), (read, 0));
-    assert!(covered > 5 && outside > 5, "{covered} covered, {outside} outside");
+    assert!(
+        covered > 5 && outside > 5,
+        "{covered} covered, {outside} outside"
+    );
     let whole = renderer(&volume, &wall).render(&inside).expect("a frame");
     assert_eq!(difference(&whole, &frame, MOST).1, 0);
     // Cut away, but for a corner.
@@ -362,7 +401,10 @@ fn memory_changes_what_is_read_and_no_pixel() {
     assert!(again[1] > 0 && again[1] < again[0], "{again:?}");
     // Less than two clusters need.
     let error = with(300_000, None).map(drop).expect_err("too little");
-    assert!(error.to_string().contains("more than half of the 1 MB"), "{error}");
+    assert!(
+        error.to_string().contains("more than half of the 1 MB"),
+        "{error}"
+    );
     assert!(error.help().is_some_and(|help| help.contains("`memory`")));
     // The same range, and another: the scalars of the first suit it, those of the second do not.
     for (width, most) in [(1.0, 0), (0.1, drawn)] {
@@ -405,14 +447,20 @@ fn segments_of_processes_are_the_whole() {
         // The longest way through the torus is in four stretches, of which a process has a few.
         assert!(segments[0].segments.len() < 6 * 64 * 64);
         let pixels = PathSegments::composite(&segments, &view).expect("one size");
-        let whole = renderer(&volume, &appearance).render(&view).expect("a frame");
+        let whole = renderer(&volume, &appearance)
+            .render(&view)
+            .expect("a frame");
         let together = Frame {
             pixels,
             ..whole.clone()
         };
         let most = MOST * scale(&exactly(&whole));
         let far = difference(&whole, &together, most).1;
-        let outline = if model == OpticalModel::Isosurfaces { OUTLINE } else { 0 };
+        let outline = if model == OpticalModel::Isosurfaces {
+            OUTLINE
+        } else {
+            0
+        };
         assert!(far <= outline, "{}: {far}", model.name());
     }
 }
@@ -433,6 +481,8 @@ fn a_failing_disk_and_a_stop_end_the_frame_and_the_next_is_whole() {
     assert!(error.to_string().contains("a disk that fails"), "{error}");
     source.left.store(u64::MAX, Ordering::Relaxed);
     let frame = rays.render(&view).expect("a frame");
-    let anew = renderer(&clusters, &appearance).render(&view).expect("a frame");
+    let anew = renderer(&clusters, &appearance)
+        .render(&view)
+        .expect("a frame");
     assert_eq!(frame.pixels, anew.pixels);
 }

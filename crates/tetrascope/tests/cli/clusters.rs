@@ -15,7 +15,10 @@ fn a_packed_mesh_is_described_and_drawn() {
     let folder = Folder::new();
     // Cells that are told one by one, and a mesh in memory.
     for (name, cells) in [("sphere", 5 * 12 * 12 * 12), ("heat-sink", 3000)] {
-        let packed = json(&folder, &format!("pack {name} --cells {cells} --cluster-cells 200"));
+        let packed = json(
+            &folder,
+            &format!("pack {name} --cells {cells} --cluster-cells 200"),
+        );
         assert_eq!(packed["output"], format!("{name}.tsc"));
         let info = json(&folder, &format!("info {name}.tsc"));
         for key in ["tetrahedra", "clusters", "points"] {
@@ -35,14 +38,21 @@ fn a_packed_mesh_is_described_and_drawn() {
         let report = json(&folder, &line);
         let count = |key: &str| report["statistics"][key].as_u64().expect("counted");
         let kinds = ["drawn", "hidden", "outside", "covered"];
-        let sum: u64 = kinds.iter().map(|kind| count(&format!("clusters_{kind}"))).sum();
+        let sum: u64 = kinds
+            .iter()
+            .map(|kind| count(&format!("clusters_{kind}")))
+            .sum();
         assert_eq!(sum, clusters);
         assert_eq!(count("lost_rays"), 0);
         assert_eq!(report["settings"]["memory"], "50");
     }
     let files = ["heat-sink.npy", "heat-sink.npy.json", "heat-sink.tsc"];
     let found = folder.files();
-    assert!(files.iter().all(|f| found.iter().any(|found| found == f) || f.ends_with("json")));
+    assert!(
+        files
+            .iter()
+            .all(|f| found.iter().any(|found| found == f) || f.ends_with("json"))
+    );
     // A scene of it is complete, and draws the same.
     let scene = folder.run("print-scene sphere.tsc").succeeded().stdout;
     folder.write("scene.toml", scene);
@@ -62,17 +72,29 @@ fn what_cannot_be_packed_or_drawn_is_refused_with_a_way_out() {
         ("pack sphere -o s.vtu", 2, "valid: tsc"),
         ("pack sphere -o missing/s.tsc", 1, "missing"),
         ("pack s.tsc -o t.tsc", 3, "in clusters already"),
-        ("pack grid.raw --dims 2x2x2 --type u8 -o t.tsc", 3, "regular grid"),
+        (
+            "pack grid.raw --dims 2x2x2 --type u8 -o t.tsc",
+            3,
+            "regular grid",
+        ),
         ("pack sphere --field heat -o t.tsc", 3, "distance"),
         ("pack sphere --cells 99999999999 -o t.tsc", 3, "10000000000"),
-        ("pack sphere --cluster-cells 0 -o t.tsc", 2, "--cluster-cells"),
+        (
+            "pack sphere --cluster-cells 0 -o t.tsc",
+            2,
+            "--cluster-cells",
+        ),
         ("pack sphere --memory 2 -o t.tsc", 2, "--memory"),
         ("info cut.tsc", 3, "the header says"),
         ("render cut.tsc", 3, "pack the mesh again"),
         ("render s.tsc --field heat", 3, "distance"),
         ("render s.tsc --curved 1e-3", 3, "curved"),
         ("render s.tsc --error 1e-3", 2, "leave out --error"),
-        ("render s.tsc --budget 1s --memory 1GB", 2, "leave out --error"),
+        (
+            "render s.tsc --budget 1s --memory 1GB",
+            2,
+            "leave out --error",
+        ),
         ("render s.tsc --memory 2MB", 2, "memory"),
         ("render s.tsc --algorithm reference", 2, "stays in its file"),
         ("convert s.tsc -o s.vtu", 2, "convert the file"),

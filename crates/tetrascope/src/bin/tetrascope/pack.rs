@@ -35,9 +35,7 @@ pub(crate) fn run(args: &PackArgs, output: &Output) -> Result<(), Stop> {
         stop: Never::new(),
     };
     let what = format!("writing {}", path.display());
-    let (packed, write) = output.timed(&what, || {
-        tsc::write_tsc(&path, &*loaded.cells, &limits)
-    })?;
+    let (packed, write) = output.timed(&what, || tsc::write_tsc(&path, &*loaded.cells, &limits))?;
     let per_cell = packed.bytes as f64 / packed.cells as f64;
     output.note(format_args!(
         "  {} tetrahedra in {} clusters, {:.1} bytes each",

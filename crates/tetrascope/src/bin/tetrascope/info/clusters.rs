@@ -28,7 +28,10 @@ pub(super) fn print(loaded: &Loaded, mesh: &MeshClusters, output: &Output) -> Re
     }
     let mut lines = vec![
         format!("tetrahedra     {}", mesh.cell_count()),
-        format!("clusters       {}, of at most {largest} tetrahedra", clusters.len()),
+        format!(
+            "clusters       {}, of at most {largest} tetrahedra",
+            clusters.len()
+        ),
         format!("points         {points}, with those that clusters have in common in each"),
     ];
     lines.extend(super::fields(&loaded.fields));
