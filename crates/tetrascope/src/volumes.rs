@@ -155,10 +155,10 @@ pub fn load_cells(source: &VolumeSource) -> Result<LoadedCells, Error> {
         let cells = tetrascope_datasets::find(name)?.cells(&options(source))?;
         if let Some(cells) = cells {
             if let Some(wanted) = source.field.as_ref().filter(|f| *f != cells.field().0) {
-                let (name, of) = cells.field();
+                let (name, _) = cells.field();
                 return Err(Error::NoSuchField {
                     name: wanted.clone(),
-                    available: vec![format!("{name} ({})", association(of))],
+                    available: vec![name.to_owned()],
                 });
             }
             let notes = Vec::new();
@@ -587,7 +587,7 @@ fn from_clusters(clusters: MeshClusters, source: &VolumeSource) -> Result<Loaded
     if let Some(wanted) = source.field.as_ref().filter(|wanted| *wanted != name) {
         return Err(Error::NoSuchField {
             name: wanted.clone(),
-            available: vec![format!("{name} ({})", association(of))],
+            available: vec![name.to_owned()],
         });
     }
     let checksum = from.checksum().map_or(String::new(), |checksum| {

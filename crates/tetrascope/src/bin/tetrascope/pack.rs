@@ -25,7 +25,13 @@ pub(crate) fn run(args: &PackArgs, output: &Output) -> Result<(), Stop> {
     let source = source(Some(&args.volume), &args.options)?;
     volumes::check(&source).map_err(usage)?;
     let what = format!("loading {}", name(&source));
-    let (loaded, load) = output.timed(&what, || volumes::load_cells(&source))?;
+    let (loaded, load) = output
+        .timed(&what, || volumes::load_cells(&source))
+        .map_err(|error| match source.dataset {
+            // A data set is made as it is asked for.
+            Some(_) => usage(error),
+            None => error,
+        })?;
     for note in &loaded.notes {
         output.note(format_args!("  {note}"));
     }
