@@ -10,8 +10,11 @@ use crate::mesh::Caster;
 /// A packed cluster.
 pub(super) type Part = Arc<Caster>;
 
-/// Bytes of a cluster while it is read and packed, for each cell and point: what it is read from, its mesh with
-/// the adjacency, and what of them `mesh::packed` makes.
+/// Bytes of a cluster while it is read and packed, for each cell and point: what it is read from, its mesh
+/// with the adjacency, and what of them `mesh::packed` makes.
+///
+/// These bounds and those below are upper ones: 16 clusters of 250 000 cells, all of them kept and four read at
+/// once, took 380 MB with the picture and the program, and 660 MB by these numbers.
 const BYTES_PER_CELL: u64 = 160;
 const BYTES_PER_POINT: u64 = 160;
 
