@@ -312,6 +312,11 @@ fn take(data: FileData) -> Result<(), Error> {
     match data {
         FileData::Mesh(mesh) => take_mesh(mesh, FIELDS),
         FileData::Grid(grid) => take_grid(grid, FIELDS),
+        FileData::Clusters(clusters) => {
+            let source = clusters.source();
+            let mut all = 0..source.clusters().len();
+            all.try_for_each(|cluster| source.read(cluster).map(drop))
+        }
     }
 }
 

@@ -56,6 +56,7 @@ pub use glam;
 
 pub mod appearance;
 pub mod camera;
+pub mod clusters;
 pub mod colormap;
 pub mod entry;
 pub mod error;

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::clusters::MeshClusters;
 use crate::grid::GridStream;
 use crate::{Grid, TetMesh};
 
@@ -24,6 +25,8 @@ pub enum Volume {
     Grid(Grid),
     /// A regular grid that is read in parts, as it may not fit in memory.
     Stream(GridStream),
+    /// A tetrahedral mesh that is read in clusters, as it may not fit in memory.
+    Clusters(MeshClusters),
 }
 
 impl Volume {
@@ -33,6 +36,7 @@ impl Volume {
             Volume::Mesh(mesh) => mesh.bounds(),
             Volume::Grid(grid) => grid.bounds(),
             Volume::Stream(stream) => stream.source().lattice().bounds(),
+            Volume::Clusters(clusters) => clusters.bounds(),
         }
     }
 
@@ -42,10 +46,12 @@ impl Volume {
             Volume::Mesh(mesh) => mesh.scalar_range(),
             Volume::Grid(grid) => grid.scalar_range(),
             Volume::Stream(stream) => stream.scalar_range(),
+            Volume::Clusters(clusters) => clusters.scalar_range(),
         }
     }
 
-    /// Points whose convex hull is that of the volume.
+    /// Points whose convex hull is that of the volume; around a mesh that is read in clusters, that of the
+    /// clusters' boxes.
     pub fn outline(&self) -> Box<dyn Iterator<Item = DVec3> + '_> {
         match self {
             Volume::Mesh(mesh) => {
@@ -56,6 +62,11 @@ impl Volume {
             }
             Volume::Grid(grid) => Box::new(grid.lattice().corners().into_iter()),
             Volume::Stream(stream) => Box::new(stream.source().lattice().corners().into_iter()),
+            Volume::Clusters(clusters) => {
+                let boxes = clusters.source().clusters().iter().map(|c| c.bounds);
+                let boxes = boxes.filter(|bounds| !bounds.is_empty());
+                Box::new(boxes.flat_map(|bounds| bounds.corners()))
+            }
         }
     }
 
@@ -63,8 +74,8 @@ impl Volume {
     /// axes, a grid's its own.
     pub fn box_axes(&self) -> [DVec3; 3] {
         let lattice = match self {
-            Volume::Mesh(mesh) => {
-                let size = mesh.bounds().size();
+            Volume::Mesh(_) | Volume::Clusters(_) => {
+                let size = self.bounds().size();
                 return [DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z];
             }
             Volume::Grid(grid) => *grid.lattice(),
@@ -80,6 +91,7 @@ impl Volume {
             Volume::Mesh(mesh) => mesh.cell_count(),
             Volume::Grid(grid) => grid.cell_count(),
             Volume::Stream(stream) => stream.source().lattice().cells().iter().product(),
+            Volume::Clusters(clusters) => clusters.cell_count(),
         }
     }
 }

@@ -21,6 +21,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     max_cells: MOST as u64 / 2,
     seeded: true,
     make: Make::Grid(make),
+    cells: None,
     look,
 };
 

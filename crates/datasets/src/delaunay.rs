@@ -25,6 +25,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     max_cells: 10_000_000,
     seeded: true,
     make: Make::Mesh(make),
+    cells: None,
     look,
 };
 

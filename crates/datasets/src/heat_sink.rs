@@ -28,6 +28,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     max_cells: 20_000_000,
     seeded: false,
     make: Make::Mesh(make),
+    cells: None,
     look,
 };
 

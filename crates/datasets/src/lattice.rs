@@ -95,6 +95,32 @@ impl Lattice {
         points
     }
 
+    /// The point with this index.
+    pub(crate) fn point(&self, point: u32) -> DVec3 {
+        let [xs, ys, zs] = &self.axes;
+        let point = point as usize;
+        let row = point / xs.len();
+        DVec3::new(xs[point % xs.len()], ys[row % ys.len()], zs[row / ys.len()])
+    }
+
+    /// How many tetrahedra all cubes are.
+    pub(crate) fn cell_count(&self, split: Split) -> u64 {
+        split.cells() * self.cubes().map(|n| n as u64).iter().product::<u64>()
+    }
+
+    /// One of them, by its number in [`Lattice::tetrahedra`].
+    pub(crate) fn tetrahedron(&self, split: Split, number: u64) -> [u32; 4] {
+        let (cube, piece) = (number / split.cells(), number % split.cells());
+        let [nx, ny, _] = self.cubes().map(|n| n as u64);
+        let [i, j, k] = [cube % nx, cube / nx % ny, cube / (nx * ny)];
+        let [_, y, z] = self.strides().map(|stride| stride as u64);
+        let first = i + j * y + k * z;
+        split.pattern((i + j + k) % 2 == 1)[piece as usize].map(|corner| {
+            let c = u64::from(corner);
+            (first + (c & 1) + (c >> 1 & 1) * y + (c >> 2) * z) as u32
+        })
+    }
+
     /// The points that cells have as `corners`, increasing; the corners are
     /// renumbered to be indices into them.
     pub(crate) fn used(&self, corners: &mut [u32]) -> Vec<u32> {

@@ -3,7 +3,7 @@
 //! They are those of the papers where the papers say enough to make them again,
 //! and what renderers find hard: a hole, slivers, irregular cells. [`all`] lists
 //! them, [`find`] looks one up by name; a [`Dataset`] makes its mesh with
-//! [`Dataset::mesh`], or its grid with [`Dataset::grid`], and says with [`Dataset::look`] how a picture shows it well.
+//! [`Dataset::mesh`], or its grid with [`Dataset::grid`], tells cells one by one where it can ([`Dataset::cells`]), and says with [`Dataset::look`] how a picture shows it well.
 //!
 //! ```
 //! use tetrascope_datasets::{Options, find};
@@ -36,6 +36,7 @@ mod checks;
 pub use angiography::{ANGIOGRAPHY_RANGE, angiography};
 pub use wave::{WAVE_STEPS, wave};
 
+use tetrascope_core::clusters::CellSource;
 use tetrascope_core::{CameraFit, Error, Grid, Knot, TetMesh, Volume};
 
 /// A named mesh or regular grid with a field.
@@ -54,6 +55,8 @@ pub struct Dataset {
     /// Whether [`Options::seed`] changes anything.
     pub seeded: bool,
     make: Make,
+    /// The same cells one by one, where they can be told from their numbers.
+    cells: Option<fn(cells: u64) -> Box<dyn CellSource>>,
     look: fn() -> Look,
 }
 
@@ -80,6 +83,9 @@ const DEFAULT_SEED: u64 = 1;
 /// 100 million tetrahedra are 1.6 GB of indices; the mesh's point and cell
 /// indices, of 32 bits, would last for more.
 const MOST_CELLS: u64 = 100_000_000;
+
+/// Points of so many cells, a fifth or so, are counted in 32 bits.
+const MOST_LISTED: u64 = 10_000_000_000;
 
 /// How a picture shows a data set well, at its default size.
 #[derive(Clone, Debug, PartialEq)]
@@ -166,16 +172,37 @@ impl Dataset {
         }
     }
 
+    /// The cells of the mesh without the mesh: no memory grows with how many there are, and so there may be ten
+    /// billion. `None` for data sets whose cells cannot be told one by one.
+    ///
+    /// Cells, points and values are those of [`Dataset::mesh`], to the last bit.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for no cells at all and for more than that.
+    pub fn cells(&self, options: &Options) -> Result<Option<Box<dyn CellSource>>, Error> {
+        let Some(make) = self.cells else {
+            return Ok(None);
+        };
+        let cells = self.checked(options, MOST_LISTED)?;
+        Ok(Some(make(cells)))
+    }
+
     /// How many cells and which seed, if that many can be made.
     fn size(&self, options: &Options) -> Result<(u64, u64), Error> {
-        let cells = options.cells.unwrap_or(self.default_cells);
-        if cells == 0 || cells > self.max_cells {
-            return Err(Error::Invalid {
-                what: format!("data set '{}' with {cells} cells", self.name),
-                help: Some(format!("ask for 1 to {} cells", self.max_cells)),
-            });
-        }
+        let cells = self.checked(options, self.max_cells)?;
         Ok((cells, options.seed.unwrap_or(DEFAULT_SEED)))
+    }
+
+    /// How many cells, at least 1 and at most `most`.
+    fn checked(&self, options: &Options, most: u64) -> Result<u64, Error> {
+        let cells = options.cells.unwrap_or(self.default_cells);
+        match (1..=most).contains(&cells) {
+            true => Ok(cells),
+            false => Err(Error::Invalid {
+                what: format!("data set '{}' with {cells} cells", self.name),
+                help: Some(format!("ask for 1 to {most} cells")),
+            }),
+        }
     }
 
     /// How a picture shows the data set well.
@@ -242,6 +269,49 @@ mod tests {
             let changed = a.points() != other.points();
             assert_eq!(changed, dataset.seeded, "{}", dataset.name);
         }
+    }
+
+    #[test]
+    fn cells_one_by_one_are_those_of_the_mesh() {
+        let mut listed = 0;
+        for dataset in all() {
+            for cells in [1, 300, 3000] {
+                let options = Options {
+                    cells: Some(cells),
+                    seed: None,
+                };
+                let Some(cells) = dataset.cells(&options).expect("small") else {
+                    continue;
+                };
+                listed += 1;
+                let mesh = dataset.mesh(&options).expect("small");
+                assert_eq!(
+                    cells.cell_count(),
+                    mesh.cell_count() as u64,
+                    "{}",
+                    dataset.name
+                );
+                for (number, cell) in (0..).zip(mesh.tetrahedra()) {
+                    assert_eq!(cells.cell(number), *cell, "{} {number}", dataset.name);
+                }
+                for (number, point) in (0..).zip(mesh.points()) {
+                    assert_eq!(cells.point(number), *point, "{} {number}", dataset.name);
+                }
+                for (number, value) in (0..).zip(&mesh.scalars().values) {
+                    assert_eq!(cells.value(number), *value, "{} {number}", dataset.name);
+                }
+                let scalars = mesh.scalars();
+                assert_eq!(cells.field(), (&scalars.name[..], scalars.association));
+                assert_eq!(cells.bounds(), mesh.bounds(), "{}", dataset.name);
+            }
+        }
+        assert_eq!(listed, 6);
+        let options = Options {
+            cells: Some(MOST_LISTED + 1),
+            seed: None,
+        };
+        let error = find("sphere").expect("listed").cells(&options).map(drop);
+        assert!(error.expect_err("too many").help().is_some());
     }
 
     // Sizes grow with the request; how near they come is each data set's own matter.

@@ -26,6 +26,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     max_cells: MOST_CELLS,
     seeded: false,
     make: Make::Mesh(make),
+    cells: None,
     look,
 };
 

@@ -5,8 +5,10 @@
 //! not say how it is cut; 148 955 = 5 · 31³, so ours is a lattice of 31³ cubes
 //! in five tetrahedra each, which is that number exactly.
 
+use tetrascope_core::clusters::CellSource;
+use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{CameraFit, Error, Scalars, TetMesh};
+use tetrascope_core::{Bounds, CameraFit, Error, Scalars, TetMesh};
 
 use crate::lattice::{Lattice, Split, nearest_dimensions};
 use crate::{Dataset, Look, MOST_CELLS, Make, knot};
@@ -19,14 +21,59 @@ pub(crate) const DATASET: Dataset = Dataset {
     max_cells: MOST_CELLS,
     seeded: false,
     make: Make::Mesh(make),
+    cells: Some(cells),
     look,
 };
 
+fn lattice(cells: u64) -> Lattice {
+    Lattice::centered(1.0, nearest_dimensions(cells, Split::Five))
+}
+
+/// The cells, told from their numbers.
+struct Cells(Lattice);
+
+fn cells(cells: u64) -> Box<dyn CellSource> {
+    Box::new(Cells(lattice(cells)))
+}
+
+impl CellSource for Cells {
+    fn bounds(&self) -> Bounds {
+        let ends = |axis: &Vec<f64>| [axis[0], axis[axis.len() - 1]];
+        let [x, y, z] = self.0.axes.each_ref().map(ends);
+        Bounds {
+            min: DVec3::new(x[0], y[0], z[0]),
+            max: DVec3::new(x[1], y[1], z[1]),
+        }
+    }
+
+    fn field(&self) -> (&str, Association) {
+        (FIELD, Association::Point)
+    }
+
+    fn cell_count(&self) -> u64 {
+        self.0.cell_count(Split::Five)
+    }
+
+    fn cell(&self, cell: u64) -> [u32; 4] {
+        self.0.tetrahedron(Split::Five, cell)
+    }
+
+    fn point(&self, point: u32) -> DVec3 {
+        self.0.point(point)
+    }
+
+    fn value(&self, point: u64) -> f64 {
+        self.0.point(point as u32).length()
+    }
+}
+
+const FIELD: &str = "distance";
+
 fn make(cells: u64, _seed: u64) -> Result<TetMesh, Error> {
-    let lattice = Lattice::centered(1.0, nearest_dimensions(cells, Split::Five));
+    let lattice = lattice(cells);
     let points = lattice.points();
     let scalars = Scalars {
-        name: "distance".into(),
+        name: FIELD.into(),
         association: Association::Point,
         values: points.iter().map(|p| p.length()).collect(),
     };

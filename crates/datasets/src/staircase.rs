@@ -21,6 +21,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     max_cells: MOST_CELLS / 6,
     seeded: false,
     make: Make::Mesh(make),
+    cells: None,
     look,
 };
 

@@ -9,9 +9,10 @@
 
 use std::f64::consts::TAU;
 
+use tetrascope_core::clusters::CellSource;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
-use tetrascope_core::{CameraFit, Error, Scalars, TetMesh};
+use tetrascope_core::{Bounds, CameraFit, Error, Scalars, TetMesh};
 
 use crate::{Dataset, Look, MOST_CELLS, Make, knot};
 
@@ -23,6 +24,7 @@ pub(crate) const DATASET: Dataset = Dataset {
     max_cells: MOST_CELLS,
     seeded: false,
     make: Make::Mesh(make),
+    cells: Some(cells),
     look,
 };
 
@@ -46,35 +48,96 @@ fn dimensions(cells: u64) -> (usize, usize) {
     (n as usize, sections as usize)
 }
 
-fn make(cells: u64, _seed: u64) -> Result<TetMesh, Error> {
-    let (n, sections) = dimensions(cells);
-    let disc = disc_points(n);
-    let mut points = Vec::with_capacity(sections * disc.len());
-    let mut values = Vec::with_capacity(points.capacity());
-    for section in 0..sections {
-        let phi = TAU * section as f64 / sections as f64;
+/// The mesh, told from the numbers of its cells and points: the disc is in memory, the sections are not.
+struct Cells {
+    sections: usize,
+    points: Vec<[f64; 2]>,
+    triangles: Vec<[u32; 3]>,
+    bounds: Bounds,
+}
+
+fn cells(cells: u64) -> Box<dyn CellSource> {
+    Box::new(Cells::new(cells))
+}
+
+impl Cells {
+    fn new(cells: u64) -> Cells {
+        let (n, sections) = dimensions(cells);
+        let mut cells = Cells {
+            sections,
+            points: disc_points(n),
+            triangles: disc_triangles(n),
+            bounds: Bounds::EMPTY,
+        };
+        // The surface has the extremes.
+        let rim = cells.points.len() - 6 * n..cells.points.len();
+        let numbers = (0..sections).flat_map(|s| rim.clone().map(move |i| (s, i)));
+        let count = cells.points.len();
+        let points = numbers.map(|(section, i)| cells.point((section * count + i) as u32));
+        cells.bounds = Bounds::of(points);
+        cells
+    }
+
+    /// The section of a point and its place in the disc, and the angle of the section.
+    fn place(&self, point: u64) -> ([f64; 2], f64) {
+        let count = self.points.len() as u64;
+        let (section, place) = (point / count, point % count);
+        let phi = TAU * section as f64 / self.sections as f64;
+        (self.points[place as usize], phi)
+    }
+}
+
+impl CellSource for Cells {
+    fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    fn field(&self) -> (&str, Association) {
+        (FIELD, Association::Point)
+    }
+
+    fn cell_count(&self) -> u64 {
+        3 * (self.sections * self.triangles.len()) as u64
+    }
+
+    fn cell(&self, cell: u64) -> [u32; 4] {
+        let (prism, piece) = ((cell / 3) as usize, cell % 3);
+        let (section, triangle) = (prism / self.triangles.len(), prism % self.triangles.len());
+        let start = |section: usize| (section * self.points.len()) as u32;
+        let (near, far) = (start(section), start((section + 1) % self.sections));
+        let [a, b, c] = self.triangles[triangle];
+        match piece {
+            0 => [near + a, near + b, near + c, far + c],
+            1 => [near + a, near + b, far + b, far + c],
+            _ => [near + a, far + a, far + b, far + c],
+        }
+    }
+
+    fn point(&self, point: u32) -> DVec3 {
+        let ([u, v], phi) = self.place(point.into());
         let (sin, cos) = phi.sin_cos();
-        for &[u, v] in &disc {
-            let radius = MAJOR + MINOR * u;
-            points.push(DVec3::new(radius * cos, radius * sin, MINOR * v));
-            values.push(field(u, v, phi));
-        }
+        let radius = MAJOR + MINOR * u;
+        DVec3::new(radius * cos, radius * sin, MINOR * v)
     }
-    let triangles = disc_triangles(n);
-    let mut tetrahedra = Vec::with_capacity(sections * triangles.len() * 3);
-    for section in 0..sections {
-        let near = (section * disc.len()) as u32;
-        let far = ((section + 1) % sections * disc.len()) as u32;
-        for [a, b, c] in &triangles {
-            tetrahedra.extend([
-                [near + a, near + b, near + c, far + c],
-                [near + a, near + b, far + b, far + c],
-                [near + a, far + a, far + b, far + c],
-            ]);
-        }
+
+    fn value(&self, point: u64) -> f64 {
+        let ([u, v], phi) = self.place(point);
+        field(u, v, phi)
     }
+}
+
+const FIELD: &str = "flux";
+
+fn make(cells: u64, _seed: u64) -> Result<TetMesh, Error> {
+    let cells = Cells::new(cells);
+    let count = cells.sections * cells.points.len();
+    let points = (0..count as u32).map(|point| cells.point(point)).collect();
+    let values = (0..count as u64).map(|point| cells.value(point)).collect();
+    let tetrahedra = (0..cells.cell_count())
+        .map(|cell| cells.cell(cell))
+        .collect();
     let scalars = Scalars {
-        name: "flux".into(),
+        name: FIELD.into(),
         association: Association::Point,
         values,
     };

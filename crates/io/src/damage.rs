@@ -18,6 +18,10 @@ pub(crate) fn read_all(path: &Path) -> Result<(), Error> {
             data.into_mesh(None).map(drop)
         }
         FileData::Grid(data) => data.into_volume(None).map(drop),
+        FileData::Clusters(clusters) => {
+            let source = clusters.source();
+            (0..source.clusters().len()).try_for_each(|i| source.read(i).map(drop))
+        }
     }
 }
 

@@ -14,7 +14,7 @@ pub struct FileFormat {
     pub is_written: bool,
     /// Whether [`ReadOptions::step`](crate::ReadOptions::step) chooses one of its time steps.
     pub has_steps: bool,
-    /// Whether grids can stay in their file ([`ReadOptions::stream_above`](crate::ReadOptions)),
+    /// Whether meshes stay in their file; whether grids can ([`ReadOptions::stream_above`](crate::ReadOptions)),
     /// if their samples stand there as they are.
     pub streams: bool,
     /// The cargo feature that it needs.
@@ -165,6 +165,14 @@ pub const FORMATS: [FileFormat; 20] = [
         "single and multiple blocks, C and Fortran binary, IBLANK; fields from .q or .f files beside it; no text",
     ),
     format(
+        "Tetrascope clusters",
+        &["tsc"],
+        Holds::Meshes,
+        "tetrahedra in clusters that are read when they are drawn; one field; made by `pack`",
+    )
+    .written()
+    .streamed(),
+    format(
         "VTK XML images",
         &["vti"],
         Holds::Grids,
@@ -296,6 +304,7 @@ mod tests {
             let is_right = match data {
                 FileData::Mesh(_) => matches!(holds, Holds::Meshes | Holds::Both),
                 FileData::Grid(_) => matches!(holds, Holds::Grids | Holds::Both),
+                FileData::Clusters(_) => holds == Holds::Meshes,
             };
             assert!(is_right, "{}: {holds:?}", path.display());
             seen[index] = true;
@@ -308,6 +317,7 @@ mod tests {
         // Fixtures of these are made by their tests.
         let made = [
             "VTKHDF",
+            "Tetrascope clusters",
             "CGNS",
             "Plot3D",
             "VTK XML images",

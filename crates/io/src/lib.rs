@@ -5,7 +5,7 @@
 //! every scalar field, and what was noticed on the way, or [`GridData`], which is samples
 //! and where they lie. [`read_steps`] lists the time steps of one file, [`read_collection`] the
 //! files of a series. [`write_image`] writes a frame with its metadata, [`write_grid`] and
-//! [`write_vti`] the samples of a grid, [`write_vtu`] a mesh with all its fields, whole or not at all.
+//! [`write_vti`] the samples of a grid, [`write_vtu`] a mesh with all its fields, [`write_tsc`] one in clusters, whole or not at all.
 //!
 //! [`FORMATS`] lists these for programs.
 //!
@@ -23,6 +23,7 @@
 //! | `.msh` | Gmsh 2 and 4.1, text and binary, both byte orders; fields at nodes and of elements; time steps; see [`gmsh`] |
 //! | `.e`, `.exo`, `.ex2` | Exodus II in netCDF classic and HDF5 files; variables at nodes and of elements; time steps; see [`exodus`] |
 //! | `.xdmf`, `.xmf` | XDMF 2 and 3: meshes and grids with numbers in XML, binary and HDF5 files; collections, time steps; see [`xdmf`] |
+//! | `.tsc` | Tetrascope's own: meshes in clusters, which stay in the file; see [`tsc`] |
 //! | `.cgns` | CGNS in HDF5: unstructured zones with polyhedra, structured zones; solutions, time steps; see [`cgns`] |
 //! | `.mha`, `.mhd` | MetaImage: raw, zlib and text, in one file or in slices; frames; see [`grid`] |
 //! | `.nrrd`, `.nhdr` | NRRD: raw, gzip and text, attached and detached; `kinds`, `space`; see [`grid`] |
@@ -49,7 +50,7 @@
 //! memory of one.
 //!
 //! # Hostile files
-//! Meshes and VTK files are read to memory, HDF5 files and samples of other grids a part at a
+//! Meshes and VTK files are read to memory, HDF5 files, clusters and samples of other grids a part at a
 //! time, and every
 //! count in them is checked against the bytes that are there before anything is allocated by
 //! it. What is wrong is an [`Error::Format`](tetrascope_core::Error::Format) of one line that
@@ -91,6 +92,7 @@
 //!         Volume::Mesh(mesh.into_mesh(Some("height"))?)
 //!     }
 //!     FileData::Grid(grid) => grid.into_volume(None)?.0, // its first field
+//!     FileData::Clusters(clusters) => Volume::Clusters(clusters),
 //! };
 //! assert_eq!(volume.cell_count(), 1);
 //!
@@ -123,6 +125,7 @@ mod polyhedra;
 mod read;
 mod source;
 mod steps;
+pub mod tsc;
 pub mod vti;
 pub mod vtk;
 #[cfg(feature = "hdf5")]
@@ -139,6 +142,7 @@ pub use image::{encode_exr, encode_npy, encode_png, write_file, write_image};
 pub use mesh_data::{MeshData, MeshField};
 pub use read::{FileData, ReadOptions, read_file, read_mesh};
 pub use steps::{StepChoice, read_steps};
+pub use tsc::{open_tsc, write_tsc};
 pub use vti::{COVERAGE, write_grid, write_vti};
 pub(crate) use vtk::parse_float;
 pub use vtu::write_vtu;

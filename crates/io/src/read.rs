@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use tetrascope_core::Error;
+use tetrascope_core::clusters::MeshClusters;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::mesh::Association;
 
@@ -17,7 +18,7 @@ use crate::grid::{GridData, RawLayout, meta_image, nrrd, raw};
 use crate::polyhedra::POLYHEDRON;
 use crate::source::{Source, open_file};
 use crate::steps::{StepChoice, without_steps};
-use crate::{MeshData, gmsh, plot3d, vtk, vtu, xdmf};
+use crate::{MeshData, gmsh, plot3d, tsc, vtk, vtu, xdmf};
 #[cfg(feature = "hdf5")]
 use crate::{cgns, hdf5, vtkhdf};
 
@@ -62,6 +63,8 @@ pub enum FileData {
     Mesh(MeshData),
     /// A regular grid.
     Grid(GridData),
+    /// A tetrahedral mesh that stays in its file, with its one field ([`tsc`](crate::tsc)).
+    Clusters(MeshClusters),
 }
 
 /// Formats that people have and that are not read, by extension.
@@ -109,7 +112,7 @@ const NOT_READ: [(&[&str], &str); 11] = [
 /// Reads a mesh with all its fields; see [`read_file`].
 ///
 /// # Errors
-/// Those of [`read_file`], and [`Error::Format`] for a regular grid.
+/// Those of [`read_file`], and [`Error::Format`] for a regular grid and for a mesh in clusters.
 pub fn read_mesh(path: &Path, options: &ReadOptions) -> Result<MeshData, Error> {
     match read_file(path, options)? {
         FileData::Mesh(mesh) => Ok(mesh),
@@ -118,6 +121,12 @@ pub fn read_mesh(path: &Path, options: &ReadOptions) -> Result<MeshData, Error> 
             at: "byte 0".into(),
             what: "the file holds a regular grid where a mesh is needed".into(),
             help: None,
+        }),
+        FileData::Clusters(_) => Err(Error::Format {
+            path: path.to_owned(),
+            at: "byte 0".into(),
+            what: "the file holds a mesh in clusters where one in memory is needed".into(),
+            help: Some("give the file that it was packed from".into()),
         }),
     }
 }
@@ -185,6 +194,7 @@ pub fn read_file(path: &Path, options: &ReadOptions) -> Result<FileData, Error> 
         }
         #[cfg(feature = "hdf5")]
         Format::Hdf5 => return Ok(with_file(read_hdf5(path, options.step)?, path)),
+        Format::Clusters => return tsc::open_tsc(path).map(FileData::Clusters),
         Format::MetaImage => meta_image::read(path),
         Format::Nrrd => nrrd::read(path),
         Format::Grid(grid) => return grid.read(path, options).map(FileData::Grid),
@@ -297,6 +307,7 @@ fn with_file(mut data: FileData, path: &Path) -> FileData {
     let files = match &mut data {
         FileData::Mesh(mesh) => &mut mesh.files,
         FileData::Grid(grid) => &mut grid.files,
+        FileData::Clusters(_) => return data,
     };
     if files.is_empty() {
         files.push(path.to_owned());
@@ -311,6 +322,7 @@ pub(crate) enum Format {
     VtkLegacy,
     Gmsh,
     Xdmf,
+    Clusters,
     #[cfg(feature = "exodus")]
     Exodus,
     #[cfg(feature = "hdf5")]
@@ -366,6 +378,10 @@ impl Format {
             .unwrap_or(&source.bytes);
         let head = bytes;
         let refuse = |what: &str| Err(source.error_with_help("byte 0", what, in_words()));
+        // Also where line ends were changed on the way, so that this is what is said.
+        if head.starts_with(&tsc::MAGIC[..4]) || extension == "tsc" {
+            return Ok(Format::Clusters);
+        }
         if head.starts_with(b"# vtk DataFile") {
             return Ok(Format::VtkLegacy);
         }

@@ -67,6 +67,11 @@ pub(crate) struct Field {
 pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
     match volume {
         Volume::Mesh(mesh) => Ok(mesh),
+        Volume::Clusters(_) => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "meshes in clusters".into(),
+            reason: "it needs all cells at once".into(),
+        }),
         _ => Err(Error::Unsupported {
             renderer: NAME,
             what: "regular grids".into(),

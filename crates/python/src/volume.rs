@@ -363,7 +363,7 @@ impl Volume {
                 })
             }
             _ => {
-                let error = Error::invalid("a grid that stays in its file has no other scalars");
+                let error = Error::invalid("a volume that stays in its file has no other scalars");
                 Err(exception(py, &error))
             }
         }
@@ -373,7 +373,7 @@ impl Volume {
     #[getter]
     fn kind(&self) -> &'static str {
         match &self.volume {
-            core::Volume::Mesh(_) => "mesh",
+            core::Volume::Mesh(_) | core::Volume::Clusters(_) => "mesh",
             _ => "grid",
         }
     }
@@ -429,6 +429,10 @@ impl Volume {
         }
         match &self.volume {
             core::Volume::Mesh(mesh) => mesh.points().len(),
+            core::Volume::Clusters(mesh) => {
+                let clusters = mesh.source().clusters().iter();
+                clusters.map(|cluster| cluster.points as usize).sum()
+            }
             _ => self.dims().map_or(0, |dims| dims.iter().product()),
         }
     }

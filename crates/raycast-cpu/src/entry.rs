@@ -11,13 +11,15 @@ pub const ENTRY: Entry = Entry {
     title: "ray casting from cell to cell on the CPU, in SIMD",
     paper: "M. Garrity, \"Raytracing Irregular Volume Data\", Computer Graphics 24(5), 1990, \
             pp. 35-40, doi:10.1145/99308.99316",
-    draws: "any mesh, and any regular grid in memory, in every optical model, without a graphics \
+    draws: "any mesh, in memory or in clusters, and any regular grid in memory, in every optical model, without a graphics \
             adapter; where cells of a mesh overlap, in the order in which they are connected",
     settings: &[
         Setting::number("stop-opacity", [0.5, 1.0], "1")
             .about("the opacity at which a ray stops; 1 is exact"),
         Setting::number("tolerance", [1e-7, 0.1], "1e-6")
             .about("how far one segment's light may be off, relative to the greatest; grids only"),
+        Setting::integer("memory", [16, 1_000_000], "2000")
+            .about("memory for clusters and what rays gather in them, MB; meshes in clusters only"),
     ],
     sweep,
     promise,
@@ -56,6 +58,7 @@ impl RaycastCpuOptions {
             stop_opacity: settings.number("stop-opacity") as f32,
             tolerance: settings.number("tolerance"),
             domain: None,
+            memory: 1_000_000 * settings.integer("memory") as u64,
             threads: None,
         }
     }
@@ -68,7 +71,9 @@ impl RaycastCpuOptions {
 /// [`Appearance::validate_in`](tetrascope_core::Appearance::validate_in) refuses.
 pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
     match volume {
-        Volume::Mesh(_) | Volume::Grid(_) => ABILITIES.check(NAME, appearance, &volume.bounds()),
+        Volume::Mesh(_) | Volume::Grid(_) | Volume::Clusters(_) => {
+            ABILITIES.check(NAME, appearance, &volume.bounds())
+        }
         _ => Err(Error::Unsupported {
             renderer: NAME,
             what: "a grid that stays in its file".into(),

@@ -7,8 +7,8 @@
 //! S. Demirci, U. Güdükbay, "Compact Tetrahedralization-based Acceleration Structures for Ray Tracing",
 //! 2022, for cells that are the exclusive or of their vertices.
 //!
-//! Reading order: `renderer` has what a renderer does; `mesh` and `grid` say in which order to read
-//! what draws meshes and grids; `simd` chooses the instructions, when the program runs: AVX-512,
+//! Reading order: `renderer` has what a renderer does; `mesh`, `clusters` and `grid` say in which order to read
+//! what draws meshes, meshes that are read in clusters, and grids; `simd` chooses the instructions, when the program runs: AVX-512,
 //! AVX2, NEON, or what every processor of its kind has.
 //!
 //! # What it is for
@@ -23,6 +23,17 @@
 //!   parts leave; what rounding takes from that product is kept beside it.
 //! - Pixels do not depend on the number of threads. Between instruction sets they differ by rounding:
 //!   SSE2 has no fused products.
+//!
+//! # Meshes in clusters
+//! - A mesh that need not fit in memory ([`Volume::Clusters`](tetrascope_core::Volume::Clusters)) is drawn cluster by
+//!   cluster, each in the domain of the whole. What rays gather in each are segments, joined where they meet:
+//!   compositing is associative (S. Molnar et al., "A Sorting Classification of Parallel Rendering", 1994;
+//!   A. Sahistan et al., "Scalable Visualization of Large-Scale Unstructured Meshes on GPUs", 2022, has
+//!   parts that are not convex). The picture is that of one part but for rounding.
+//! - Clusters in which the look shows nothing, beside the image, cut away, or covered by what is before
+//!   them are not read; frames count them.
+//! - [`RaycastCpuOptions::memory`] bounds what is read at once and what is kept for the next frame.
+//! - [`RaycastCpu::segments`] gives the segments of what a process has, for others to composite.
 //!
 //! # Limits
 //! - AVX2 and SSE2 were at hand for the tests; AVX-512 and NEON take the same code and were not.
@@ -70,6 +81,7 @@
 //! # Ok::<(), tetrascope_core::Error>(())
 //! ```
 
+mod clusters;
 pub mod counters;
 mod entry;
 mod grid;

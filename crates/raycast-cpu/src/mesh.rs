@@ -4,7 +4,7 @@
 //! 2. `style` is the transfer function as lanes read it.
 //! 3. `rays` shears the rays of a block of pixels, `crossings` finds where they cross the boundary.
 //! 4. `walk` takes a ray in each lane from cell to cell; `sides` decides about faces, `integral`
-//!    adds what a piece shows, and `lanes` hands rays to lanes.
+//!    adds what a piece shows, and `lanes` hands rays to lanes. `seams` is where parts of a mesh meet.
 //! 5. `block` is a block's part of the frame, and here are the frames.
 
 #[cfg(test)]
@@ -15,10 +15,12 @@ mod integral;
 mod lanes;
 mod packed;
 mod rays;
+mod seams;
 mod sides;
 mod style;
 mod walk;
 
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use fearless_simd::Level;
@@ -26,19 +28,22 @@ use rayon::prelude::*;
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::optics::over;
 use tetrascope_core::{
-    Appearance, DirectionalLight, Error, Frame, FrameStats, Stop, TetMesh, View,
+    Appearance, DirectionalLight, Error, Frame, FrameStats, OpticalModel, Stop, TetMesh, View,
 };
 use tetrascope_f32::{Domain, Rays, ScalarMap};
 
 use crate::counters::{CELL_VISITS, LOST_RAYS, PATHS, UNPAIRED_FACES};
 use crate::options::RaycastCpuOptions;
 use crate::segments::PathSegments;
-use block::{Block, Workspace};
+use block::Workspace;
 use crossings::Bins;
-use lanes::Counts;
 use packed::{Kind, Packed, Vertex};
 use rays::{Camera, Class, MOST_SIDE};
 use style::Style;
+
+pub(crate) use block::Block;
+pub(crate) use lanes::Counts;
+pub(crate) use style::least_transmittance;
 
 /// A packed mesh in a look.
 #[derive(Debug)]
@@ -57,6 +62,17 @@ impl Caster {
     ) -> Result<Caster, Error> {
         let domain = Domain::of(mesh).within(options.domain)?;
         let map = ScalarMap::of_appearance(appearance, domain.scalar_range);
+        Caster::with_map(mesh, appearance, options, map)
+    }
+
+    /// The same with scalars mapped by `map`, as all parts of a mesh have to be.
+    pub(crate) fn with_map(
+        mesh: &TetMesh,
+        appearance: &Appearance,
+        options: &RaycastCpuOptions,
+        map: ScalarMap,
+    ) -> Result<Caster, Error> {
+        let domain = Domain::of(mesh).within(options.domain)?;
         let mesh = Packed::new(mesh, domain, map);
         Ok(Caster {
             style: Style::new(&mesh, appearance, options),
@@ -81,6 +97,16 @@ impl Caster {
             options: self.options.clone(),
             level: self.level,
         })
+    }
+
+    /// The same part in another look, to which its map of scalars is suited.
+    pub(crate) fn restyled(&self, appearance: &Appearance) -> Caster {
+        Caster {
+            mesh: self.mesh.clone(),
+            style: Style::new(&self.mesh, appearance, &self.options),
+            options: self.options.clone(),
+            level: self.level,
+        }
     }
 
     /// Draws with other instructions than the best there are.
@@ -118,7 +144,7 @@ impl Caster {
         stats.bytes_resident = mesh.bytes();
         stats.bytes_per_cell = Some(mesh.bytes() as f64 / mesh.cell_count.max(1) as f64);
         let mut counts = Counts::default();
-        for block in self.blocks(view, ends, false, stop)? {
+        for block in self.blocks(view, ends, false, whole(view), stop)? {
             block.put(&block.pixels, size[0], |at, (_, pixel, depth)| {
                 pixels[at] = *pixel;
                 depths[at] = *depth;
@@ -135,7 +161,7 @@ impl Caster {
     /// The paths of a valid view, each by itself.
     pub(crate) fn segments(&self, view: &View, stop: &Stop) -> Result<PathSegments, Error> {
         let mut segments = Vec::new();
-        for block in self.blocks(view, None, true, stop)? {
+        for block in self.paths(view, None, whole(view), stop)? {
             block.put(&block.segments, view.width as usize, |at, (_, segment)| {
                 segments.push((at as u32, *segment));
             });
@@ -144,12 +170,25 @@ impl Caster {
         Ok(PathSegments::new(view, model, segments))
     }
 
-    /// Casts all rays, or all their paths by themselves.
+    /// The paths of all rays in some rows of blocks of [`side`] pixels, block by block, row by row; nothing
+    /// where nothing shows. Each ray ends where `ends` says, as in [`Caster::draw`].
+    pub(crate) fn paths(
+        &self,
+        view: &View,
+        ends: Option<&[f64]>,
+        rows: Range<usize>,
+        stop: &Stop,
+    ) -> Result<Vec<Block>, Error> {
+        self.blocks(view, ends, true, rows, stop)
+    }
+
+    /// Casts all rays, or all their paths by themselves, in some rows of blocks.
     fn blocks(
         &self,
         view: &View,
         ends: Option<&[f64]>,
         by_path: bool,
+        rows: Range<usize>,
         stop: &Stop,
     ) -> Result<Vec<Block>, Error> {
         let Caster { mesh, style, .. } = self;
@@ -176,18 +215,24 @@ impl Caster {
             stop.check()?;
             Ok(Block::cast(&frame, &bins, index, self.level, workspace))
         };
-        let blocks = (0..bins.count()).into_par_iter();
+        let blocks = rows.start * bins.across..rows.end * bins.across;
+        let blocks = blocks.into_par_iter();
         blocks.map_init(Workspace::default, cast).collect()
     }
 }
 
 /// Pixels along each side of a block. Of the image alone: pixels do not depend on threads.
-fn side(view: &View) -> usize {
+pub(crate) fn side(view: &View) -> usize {
     if view.width.max(view.height) > 256 {
         MOST_SIDE
     } else {
         MOST_SIDE / 2
     }
+}
+
+/// All rows of blocks.
+fn whole(view: &View) -> Range<usize> {
+    0..(view.height as usize).div_ceil(side(view))
 }
 
 fn too_many_faces() -> Error {
@@ -200,7 +245,8 @@ fn too_many_faces() -> Error {
 }
 
 impl Counts {
-    fn tell(&self, stats: &mut FrameStats) {
+    /// Tells a frame's statistics.
+    pub(crate) fn tell(&self, stats: &mut FrameStats) {
         stats.count(CELL_VISITS, self.visits);
         stats.count(PATHS, self.paths);
         stats.count(UNPAIRED_FACES, self.unpaired);
@@ -255,6 +301,15 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
+    /// Whether cells without thickness are seen, too: their greatest value and their surfaces.
+    fn shows_layers(&self) -> bool {
+        let model = self.style.appearance.optical_model;
+        matches!(
+            model,
+            OpticalModel::MaximumIntensity | OpticalModel::Isosurfaces
+        )
+    }
+
     /// The color that an isosurface sends to the eye from a cell with vertices `ids`, before the cue.
     fn shade(&self, surface: usize, cell: u32, ids: [u32; 4], ray: usize) -> DVec3 {
         let mesh = self.mesh;

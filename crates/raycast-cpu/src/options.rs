@@ -14,6 +14,9 @@ pub struct RaycastCpuOptions {
     /// The box and range to which numbers of a mesh are relative: those of a whole of which it is a part, or of a series of
     /// which it is a step; `None` for its own.
     pub domain: Option<Domain>,
+    /// Bytes that a mesh in clusters may take: half of them for clusters that are read, a quarter for those that are
+    /// kept for the next frame, an eighth for what rays gather. A lower bound is what one cluster needs.
+    pub memory: u64,
     /// Threads that draw; `None` is rayon's own pool, one a core. Pixels do not depend on it.
     pub threads: Option<usize>,
 }

@@ -10,7 +10,7 @@ use tetrascope_core::{
 use crate::entry::supports;
 use crate::options::RaycastCpuOptions;
 use crate::segments::PathSegments;
-use crate::{ABILITIES, NAME, grid, mesh};
+use crate::{ABILITIES, NAME, clusters, grid, mesh};
 
 /// A packed volume. It draws without any device.
 #[derive(Debug)]
@@ -27,6 +27,7 @@ pub struct RaycastCpu {
 #[derive(Debug)]
 enum Body {
     Mesh(Box<mesh::Caster>),
+    Clusters(Box<clusters::Caster>),
     Grid(Box<grid::Caster>),
 }
 
@@ -34,7 +35,7 @@ enum Body {
 const MAX_THREADS: usize = 1024;
 
 impl RaycastCpu {
-    /// A renderer of a mesh, or of a grid in memory.
+    /// A renderer of a mesh, in memory or in clusters, or of a grid in memory.
     ///
     /// # Errors
     /// What [`supports`] refuses, an option out of its range, and threads that the system refuses.
@@ -95,6 +96,7 @@ impl RaycastCpu {
         view.validate()?;
         match &self.body {
             Body::Mesh(caster) => in_pool(&self.pool, || caster.segments(view, &self.stop)),
+            Body::Clusters(caster) => in_pool(&self.pool, || caster.segments(view, &self.stop)),
             Body::Grid(_) => Err(Error::Unsupported {
                 renderer: NAME,
                 what: "paths through a grid".into(),
@@ -115,6 +117,7 @@ impl RaycastCpu {
         view.check_memory(BYTES_PER_PIXEL)?;
         let mut frame = in_pool(&self.pool, || match &self.body {
             Body::Mesh(caster) => caster.draw(view, ends, &self.stop),
+            Body::Clusters(caster) => caster.draw(view, ends, &self.stop),
             Body::Grid(caster) => caster.draw(view, ends, &self.stop),
         })?;
         if self.appearance.optical_model != OpticalModel::Isosurfaces {
@@ -145,6 +148,9 @@ impl Body {
             Volume::Mesh(mesh) => {
                 Body::Mesh(Box::new(mesh::Caster::new(mesh, appearance, options)?))
             }
+            Volume::Clusters(clusters) => Body::Clusters(Box::new(clusters::Caster::new(
+                clusters, appearance, options,
+            )?)),
             Volume::Grid(grid) => {
                 Body::Grid(Box::new(grid::Caster::new(grid, appearance, options)?))
             }
@@ -175,6 +181,10 @@ impl VolumeRenderer for RaycastCpu {
         let body = &mut self.body;
         in_pool(&self.pool, || match body {
             Body::Mesh(caster) => caster.restyle(appearance),
+            Body::Clusters(caster) => {
+                caster.restyle(appearance);
+                Ok(())
+            }
             Body::Grid(caster) => caster.restyle(appearance),
         })?;
         self.appearance = appearance.clone();
@@ -236,6 +246,7 @@ mod tests {
                 let wide = rays.render(&view).expect("a frame");
                 match &mut rays.body {
                     Body::Mesh(caster) => caster.set_level(Level::baseline()),
+                    Body::Clusters(_) => panic!("it is in memory"),
                     Body::Grid(caster) => caster.set_level(Level::baseline()),
                 }
                 let narrow = rays.render(&view).expect("a frame");

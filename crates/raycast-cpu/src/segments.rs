@@ -7,14 +7,16 @@ use tetrascope_core::{Error, OpticalModel, View};
 /// The light that a ray gathers between coming into a mesh and leaving it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathSegment {
-    /// Where it comes in, world units from where the ray starts.
-    pub near: f32,
+    /// Where it comes in, world units from where the ray starts; where it meets a surface, if it does.
+    ///
+    /// Where a ray goes from one part of a mesh into another, this is the first one's `far`, to the last bit.
+    pub near: f64,
     /// Where it leaves.
-    pub far: f32,
+    pub far: f64,
+    /// How much of the light behind gets through; 1 where the model does not absorb, 0 behind a surface.
+    pub transmittance: f64,
     /// Light of the segment alone, linear RGB; the greatest color in the model `MaximumIntensity`.
     pub light: [f32; 3],
-    /// How much of the light behind gets through; 1 where the model does not absorb.
-    pub transmittance: f32,
 }
 
 /// The segments of all rays of a view.
@@ -98,7 +100,7 @@ impl PathSegments {
                         OpticalModel::MaximumIntensity => light.max(own),
                         _ => light + transmittance * own,
                     };
-                    transmittance *= f64::from(segment.transmittance);
+                    transmittance *= segment.transmittance;
                 }
                 // −ln 1 is −0.
                 let depth = -f64::ln(transmittance) + 0.0;

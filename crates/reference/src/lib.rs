@@ -365,8 +365,8 @@ pub fn supports(volume: &Volume, appearance: &Appearance) -> Result<(), Error> {
         Volume::Mesh(_) | Volume::Grid(_) => ABILITIES.check(NAME, appearance, &volume.bounds()),
         _ => Err(Error::Unsupported {
             renderer: NAME,
-            what: "a grid that stays in its file".into(),
-            reason: "its rays need all samples in memory".into(),
+            what: "a volume that stays in its file".into(),
+            reason: "its rays need all of it in memory".into(),
         }),
     }
 }

@@ -101,6 +101,11 @@ pub const ENTRY: Entry = Entry {
 pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
     match volume {
         Volume::Mesh(mesh) => check_volume(mesh).map(|()| mesh),
+        Volume::Clusters(_) => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "meshes in clusters".into(),
+            reason: "it needs all cells at once".into(),
+        }),
         _ => Err(Error::Unsupported {
             renderer: NAME,
             what: "regular grids".into(),

@@ -87,6 +87,9 @@ impl Distribution {
             Volume::Mesh(mesh) => Distribution::of_mesh(mesh),
             Volume::Grid(grid) => Distribution::of_grid(grid),
             Volume::Stream(stream) => Distribution::of_stream(stream),
+            Volume::Clusters(clusters) => {
+                Distribution::of_samples(clusters.source().picked(), usize::MAX)
+            }
             // Nothing is known of another kind but its range.
             _ => Distribution::new(Vec::new(), false),
         };

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use tetrascope_core::clusters::{CellSource, MeshClusters};
 use tetrascope_core::grid::Interpolation;
 use tetrascope_core::mesh::curved::Straightening;
 use tetrascope_core::mesh::{Association, type_name, volume_corners};
@@ -97,6 +98,7 @@ pub fn load_step(source: &VolumeSource, previous: Option<&Volume>) -> Result<Loa
     match open(source)? {
         Opened::Mesh(data) => from_mesh(data, source, previous),
         Opened::Grid(data) => from_grid(data, source),
+        Opened::Clusters(clusters) => from_clusters(clusters, source),
         Opened::Dataset(name) => from_dataset(name, source),
     }
 }
@@ -109,6 +111,7 @@ pub fn read(source: &VolumeSource) -> Result<FileData, Error> {
     Ok(match open(source)? {
         Opened::Mesh(data) => FileData::Mesh(data),
         Opened::Grid(data) => FileData::Grid(data),
+        Opened::Clusters(clusters) => FileData::Clusters(clusters),
         Opened::Dataset(name) => match from_dataset(name, source)?.volume {
             Volume::Mesh(mesh) => FileData::Mesh(MeshData::of(&mesh)?),
             _ => unreachable!("a grid was opened as one"),
@@ -127,9 +130,56 @@ pub fn examine(source: &VolumeSource) -> Result<Contents, Error> {
             _ => from_mesh(data, source, None),
         },
         Opened::Grid(data) => from_grid(data, source),
+        Opened::Clusters(clusters) => from_clusters(clusters, source),
         Opened::Dataset(name) => from_dataset(name, source),
     };
     Ok(Contents::Drawable(loaded?))
+}
+
+/// The cells that a file of clusters is made of.
+pub struct LoadedCells {
+    /// A mesh in memory, or a data set whose cells are told one by one.
+    pub cells: Box<dyn CellSource>,
+    /// Findings, repairs and omissions, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Reads the mesh that `source` names, to be cut into clusters. Data sets whose cells can be told one by
+/// one take no memory.
+///
+/// # Errors
+/// As [`load`]; [`Error::Invalid`] for a regular grid and for a mesh that is in clusters already.
+pub fn load_cells(source: &VolumeSource) -> Result<LoadedCells, Error> {
+    check(source)?;
+    if let Some(name) = &source.dataset {
+        let cells = tetrascope_datasets::find(name)?.cells(&options(source))?;
+        if let Some(cells) = cells {
+            if let Some(wanted) = source.field.as_ref().filter(|f| *f != cells.field().0) {
+                let (name, _) = cells.field();
+                return Err(Error::NoSuchField {
+                    name: wanted.clone(),
+                    available: vec![name.to_owned()],
+                });
+            }
+            let notes = Vec::new();
+            return Ok(LoadedCells { cells, notes });
+        }
+    }
+    let loaded = load(source)?;
+    let refused = |what: &str| {
+        Err(Error::Invalid {
+            what: format!("{what}, and meshes are packed in clusters"),
+            help: Some("draw it as it is".into()),
+        })
+    };
+    match loaded.volume {
+        Volume::Mesh(mesh) => Ok(LoadedCells {
+            cells: Box::new(mesh),
+            notes: loaded.notes,
+        }),
+        Volume::Clusters(_) => refused("the file holds a mesh in clusters already"),
+        _ => refused("the volume is a regular grid"),
+    }
 }
 
 /// A mesh with several of its fields.
@@ -175,6 +225,12 @@ pub fn load_fields(source: &VolumeSource, names: Option<&[String]>) -> Result<Lo
                 notes: mesh.report().notes(),
                 mesh,
                 files: Vec::new(),
+            });
+        }
+        Opened::Clusters(_) => {
+            return Err(Error::Invalid {
+                what: "samples are taken of meshes in memory, and this one is in clusters".into(),
+                help: Some("give the file that it was packed from".into()),
             });
         }
         Opened::Grid(_) => {
@@ -298,6 +354,7 @@ fn no_interpolation(of: &str) -> Result<(), Error> {
 enum Opened<'a> {
     Mesh(MeshData),
     Grid(GridData),
+    Clusters(MeshClusters),
     Dataset(&'a str),
 }
 
@@ -321,11 +378,16 @@ fn open(source: &VolumeSource) -> Result<Opened<'_>, Error> {
         ..ReadOptions::default()
     };
     match read_file(path, &options)? {
-        FileData::Mesh(_) if source.interpolation.is_some() => {
+        FileData::Mesh(_) | FileData::Clusters(_) if source.interpolation.is_some() => {
             no_interpolation("the file")?;
             Err(Error::invalid("an interpolation that was refused"))
         }
         FileData::Mesh(data) => Ok(Opened::Mesh(data)),
+        FileData::Clusters(_) if source.curved.is_some() => Err(Error::Invalid {
+            what: "`curved` is for curved cells, and the file holds tetrahedra".into(),
+            help: Some("leave it out; give it when the mesh is packed".into()),
+        }),
+        FileData::Clusters(clusters) => Ok(Opened::Clusters(clusters)),
         FileData::Grid(_) if source.curved.is_some() => Err(Error::Invalid {
             what: "`curved` is for meshes, and the file is a regular grid".into(),
             help: Some("leave it out".into()),
@@ -506,6 +568,44 @@ fn from_grid(mut data: GridData, source: &VolumeSource) -> Result<Loaded, Error>
         fields,
         files,
         space,
+    })
+}
+
+/// Nothing of it is read: not its fields' values that are none, and not all of its bytes, so that it is told by its
+/// checksum and is not among the files that were read.
+fn from_clusters(clusters: MeshClusters, source: &VolumeSource) -> Result<Loaded, Error> {
+    let from = clusters.source();
+    let (name, of) = from.field();
+    let field = FieldSummary {
+        name: name.to_owned(),
+        association: association(of),
+        range: clusters.scalar_range(),
+        drawn: true,
+        missing: None,
+        offset: 0.0,
+    };
+    if let Some(wanted) = source.field.as_ref().filter(|wanted| *wanted != name) {
+        return Err(Error::NoSuchField {
+            name: wanted.clone(),
+            available: vec![name.to_owned()],
+        });
+    }
+    let checksum = from.checksum().map_or(String::new(), |checksum| {
+        format!(" with the checksum {checksum:08x}")
+    });
+    Ok(Loaded {
+        description: format!(
+            "{} tetrahedra in {} clusters{checksum}, field '{name}' ({})",
+            clusters.cell_count(),
+            from.clusters().len(),
+            association(of)
+        ),
+        field: name.to_owned(),
+        volume: Volume::Clusters(clusters.clone()),
+        notes: Vec::new(),
+        fields: vec![field],
+        files: Vec::new(),
+        space: None,
     })
 }
 

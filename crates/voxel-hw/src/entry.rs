@@ -112,6 +112,11 @@ pub(crate) fn mesh_of(volume: &Volume) -> Result<&TetMesh, Error> {
             what: "meshes without volume".into(),
             reason: "there is nothing to make voxels of".into(),
         }),
+        Volume::Clusters(_) => Err(Error::Unsupported {
+            renderer: NAME,
+            what: "meshes in clusters".into(),
+            reason: "it needs all cells at once".into(),
+        }),
         _ => Err(Error::Unsupported {
             renderer: NAME,
             what: "regular grids".into(),

@@ -133,6 +133,7 @@ pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<FileData, Error> {
     let (all_notes, all_files) = match &mut read {
         FileData::Mesh(data) => (&mut data.notes, &mut data.files),
         FileData::Grid(data) => (&mut data.notes, &mut data.files),
+        FileData::Clusters(_) => unreachable!("pieces are meshes and images"),
     };
     all_notes.splice(0..0, notes);
     *all_files = vec![list.path.clone()];

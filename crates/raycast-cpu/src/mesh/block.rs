@@ -36,16 +36,16 @@ impl Default for Workspace {
 
 /// A block's part of the frame.
 #[derive(Debug)]
-pub(super) struct Block {
+pub(crate) struct Block {
     /// From the first to before the last.
-    pub(super) columns: [usize; 2],
-    pub(super) rows: [usize; 2],
+    pub(crate) columns: [usize; 2],
+    pub(crate) rows: [usize; 2],
     /// Pixels that a ray through the mesh has changed: the place in the block, row by row, the
     /// pixel, and how far the surface is.
     pub(super) pixels: Vec<(u32, [f32; 4], f32)>,
     /// Segments of paths by themselves: the place in the block, and the segment.
-    pub(super) segments: Vec<(u32, PathSegment)>,
-    pub(super) counts: Counts,
+    pub(crate) segments: Vec<(u32, PathSegment)>,
+    pub(crate) counts: Counts,
 }
 
 impl Block {
@@ -179,11 +179,12 @@ impl Scene<'_> {
     /// A path by itself.
     fn segment(&self, cast: &Cast) -> PathSegment {
         let [column, row] = self.place(cast.ray as usize);
-        let distance = |z: f64| self.camera.distance(self.class, column, row, z) as f32;
+        // In f64, so that other z are at other distances, in the same order.
+        let distance = |z: f64| self.camera.distance(self.class, column, row, z);
         let [near, far] = cast.ends.map(|z| distance(z.into()));
         let (light, transmittance) = match self.style.appearance.optical_model {
-            OpticalModel::Absorption => ([0.0; 3], (-f64::from(cast.light[0])).exp() as f32),
-            _ => (cast.light, cast.transmittance as f32),
+            OpticalModel::Absorption => ([0.0; 3], (-f64::from(cast.light[0])).exp()),
+            _ => (cast.light, cast.transmittance),
         };
         // A surface is where it is met.
         let near = cast.surface.map_or(near, distance);

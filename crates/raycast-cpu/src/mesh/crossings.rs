@@ -90,11 +90,6 @@ impl Bins {
         })
     }
 
-    /// How many blocks there are.
-    pub(super) fn count(&self) -> usize {
-        self.begins.len() - 1
-    }
-
     /// The faces that the rays of a block may cross.
     pub(super) fn of(&self, block: usize) -> &[SeenFace] {
         &self.faces[self.begins[block] as usize..self.begins[block + 1] as usize]

@@ -7,6 +7,7 @@ use super::Scene;
 use super::crossings::{Crossing, Crossings, TAKEN};
 use super::packed::Vertex;
 use super::rays::BlockRays;
+use super::seams;
 use super::style::{HIGH, Interval, LOW, STEP_HIGH, VALUES, find, sample};
 use crate::simd::{MOST_LANES, PerLane};
 
@@ -28,7 +29,7 @@ pub(super) struct Cast {
 
 /// Counts of a block's rays.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Counts {
+pub(crate) struct Counts {
     pub(super) visits: u64,
     pub(super) paths: u64,
     pub(super) unpaired: u64,
@@ -77,6 +78,8 @@ pub(super) struct Lanes {
     pub(super) seen: PerLane<f32>,
     /// The step before which it begins.
     begun: PerLane<u64>,
+    /// z and scalar where the path begins, of a part of a mesh.
+    pub(super) entered: [PerLane<f32>; 2],
     // The path: the face by which it comes in.
     pub(super) face: [PerLane<Vertex>; 3],
     pub(super) ids: [PerLane<i32>; 3],
@@ -122,6 +125,7 @@ impl Lanes {
             near: ZEROS,
             seen: ZEROS,
             begun: [0; MOST_LANES],
+            entered: [ZEROS; 2],
             face: [NONE; 3],
             ids: [[0; MOST_LANES]; 3],
             cell: [0; MOST_LANES],
@@ -194,7 +198,7 @@ impl Lanes {
                 }
             }
             if scene.by_path {
-                self.put_path_away(lane);
+                self.put_path_away(lane, scene.shows_layers());
             }
         }
         loop {
@@ -277,11 +281,11 @@ impl Lanes {
         self.surface[lane] = None;
     }
 
-    /// Ends a lane's path, if some of it is between the ray's ends.
-    fn put_path_away(&mut self, lane: usize) {
+    /// Ends a lane's path, if some of it is between the ray's ends, or where thin layers are seen too.
+    fn put_path_away(&mut self, lane: usize, shows_layers: bool) {
         let near = self.near[lane].max(self.line[5][lane]);
         let far = self.seen[lane].min(self.line[6][lane]);
-        if near < far {
+        if near < far || shows_layers {
             self.put_away(lane);
             if let Some(cast) = self.done.last_mut() {
                 cast.ends = [near, far];
@@ -324,12 +328,25 @@ impl Lanes {
         }
         self.cell[lane] = cell as i32;
         self.near[lane] = crossing.z;
+        if scene.by_path {
+            let [z, scalar] = self.at_seam(lane, crossing.face, scene);
+            self.near[lane] = z;
+            (self.entered[0][lane], self.entered[1][lane]) = (z, scalar);
+        }
         self.crossed[lane] = (a ^ b ^ c) as i32;
         // Its lane's first path: wherever it begins, the interval is found.
         if self.interval[HIGH][lane] <= self.interval[LOW][lane] {
             self.set_interval(lane, 0, scene);
         }
         self.band.iter_mut().for_each(|band| band[lane] = f32::NAN);
+    }
+
+    /// z and scalar where a lane's ray crosses a boundary face, as another part computes them, too.
+    pub(super) fn at_seam(&self, lane: usize, face: u32, scene: &Scene) -> [f32; 2] {
+        let [a, b, c, _] = scene.mesh.places.boundary[face as usize];
+        let corners = [a, b, c].map(|id| scene.vertices[id as usize]);
+        let line = |values: [usize; 2]| values.map(|i| self.line[i][lane]);
+        seams::crossing(line([0, 1]), line([2, 3]), corners)
     }
 
     /// Loads the interval with this index.

@@ -73,7 +73,7 @@ impl Style {
 /// Behind this transmittance nothing shows, or less than `stop_opacity` leaves.
 ///
 /// Light behind is dimmed to less than 2⁻²⁶, a quarter of a last place of the greatest color's f32.
-fn least_transmittance(appearance: &Appearance, options: &RaycastCpuOptions) -> f32 {
+pub(crate) fn least_transmittance(appearance: &Appearance, options: &RaycastCpuOptions) -> f32 {
     if appearance.optical_model != OpticalModel::EmissionAbsorption {
         return 0.0;
     }

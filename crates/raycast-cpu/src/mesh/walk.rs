@@ -107,7 +107,10 @@ pub(super) fn walk<S: Simd, const MODEL: u8>(
             let [a, b, c] = face;
             let sides = [Side::of(&b, &c), Side::of(&c, &a), Side::of(&a, &b)];
             areas = each!([0, 1, 2], i => fresh.select(sides[i].area, areas[i]));
-            let entered = crossing_point::<S, MODEL>(simd, &face, areas, mesh.has_gaps);
+            let entered = match scene.by_path {
+                true => each!([0, 1], i => load(simd, &lanes.entered[i])),
+                false => crossing_point::<S, MODEL>(simd, &face, areas, mesh.has_gaps),
+            };
             near = each!([0, 1], i => fresh.select(entered[i], near[i]));
             seen = fresh.select(near[0], seen);
             fetch(simd, cells, scene.vertices, lanes);
@@ -172,7 +175,14 @@ pub(super) fn walk<S: Simd, const MODEL: u8>(
         }
         fetch(simd, cells, scene.vertices, lanes);
 
-        let far = crossing_point::<S, MODEL>(simd, &face, areas, mesh.has_gaps);
+        let mut far = crossing_point::<S, MODEL>(simd, &face, areas, mesh.has_gaps);
+        if scene.by_path {
+            let left = load_ids(simd, &lanes.cell).simd_ge(behind_all);
+            let left = left.to_bitmask() & active;
+            if left != 0 {
+                far = leave(simd, scene, lanes, far, left);
+            }
+        }
         let crossed = Crossed { near, far };
         let end = load(simd, &lanes.line[6]);
         let ids = [entry_ids[0], entry_ids[1], entry_ids[2], fourth_id, here];
@@ -235,6 +245,31 @@ fn crossing_point<S: Simd, const MODEL: u8>(
     }
     let is_gap = greatest.simd_ge(S::f32s::splat(simd, LEAST_NO_SCALAR));
     [z, is_gap.select(S::f32s::splat(simd, NO_SCALAR), scalar)]
+}
+
+/// The crossings of faces, where lanes leave a part of a mesh those that other parts have there.
+#[inline(always)]
+fn leave<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    lanes: &Lanes,
+    far: [S::f32s; 2],
+    left: u64,
+) -> [S::f32s; 2] {
+    let mut values = [[0.0; MOST_LANES]; 2];
+    for i in 0..2 {
+        store::<S>(far[i], &mut values[i]);
+    }
+    for lane in lanes_of(left) {
+        let face = lanes.cell[lane] as u32 - scene.mesh.cell_count as u32;
+        let [z, scalar] = lanes.at_seam(lane, face, scene);
+        values[0][lane] = z;
+        // Scalars of cells are each cell's own.
+        if scene.mesh.kind == Kind::Vertices {
+            values[1][lane] = scalar;
+        }
+    }
+    each!([0, 1], i => load(simd, &values[i]))
 }
 
 /// Reads the fourth vertices of the cells that lanes are in.

@@ -2,6 +2,7 @@
 
 mod common;
 
+mod clusters;
 mod look;
 mod models;
 mod parts;

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod choose;
+mod clusters;
 #[cfg(feature = "resample")]
 mod convert;
 mod curved;

@@ -6,6 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{ArgAction, Args, Parser, Subcommand};
 #[cfg(feature = "resample")]
 use tetrascope::core::Bounds;
+use tetrascope::core::clusters::Cut;
 use tetrascope::core::colormap::{Colormap, srgb_to_linear};
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::grid::{ByteOrder, Interpolation, RawNumber};
@@ -47,6 +48,7 @@ Examples:
   tetrascope render 'step_*.vtu' -o frame_%04d.png
   tetrascope view mesh.vtu
   tetrascope convert mesh.msh -o mesh.vtu
+  tetrascope pack mesh.vtu -o mesh.tsc
   tetrascope resample mesh.vtu --dims 256 --all-fields -o grid.vti
   tetrascope voxelize mesh.vtu --dims 128 --samples 3 -o grid.vti
   tetrascope slice mesh.vtu --plane 0,0,0,1,1,0 -o slice.png
@@ -94,6 +96,8 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Write a mesh as .vtu or a grid as .vti, which VTK, ParaView and meshio read
     Convert(ConvertArgs),
+    /// Cut a mesh into clusters and write them as a .tsc file, for meshes larger than memory
+    Pack(PackArgs),
     /// Take samples of a mesh on a regular grid and write them as a .vti file
     #[cfg(feature = "resample")]
     Resample(ResampleArgs),
@@ -256,6 +260,24 @@ pub(crate) struct ConvertArgs {
     /// Compress the file (zlib)
     #[arg(long)]
     pub(crate) compress: bool,
+    #[command(flatten)]
+    pub(crate) options: VolumeArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct PackArgs {
+    /// A file with a mesh, or a data set's name
+    #[arg(value_name = "FILE|DATASET")]
+    pub(crate) volume: PathBuf,
+    /// Where to write: .tsc [default: NAME.tsc here]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// The most tetrahedra of a cluster
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = Cut::default().most_cells)]
+    pub(crate) cluster_cells: u32,
+    /// Memory for the tetrahedra that are sorted at once, as 2GB or 512MB; a file's mesh takes its own
+    #[arg(long, value_name = "SIZE", value_parser = tetrascope::choose::Need::parse_memory, default_value = "1GB", allow_hyphen_values = true)]
+    pub(crate) memory: u64,
     #[command(flatten)]
     pub(crate) options: VolumeArgs,
 }

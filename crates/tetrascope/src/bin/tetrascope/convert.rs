@@ -41,6 +41,7 @@ pub(crate) fn run(args: &ConvertArgs, output: &Output) -> Result<(), Stop> {
     let (written, write) = output.timed(&what, || match data {
         FileData::Mesh(mesh) => write_mesh(&path, mesh, field, compression),
         FileData::Grid(grid) => write_grid(&path, grid, field, compression),
+        FileData::Clusters(_) => Err(in_clusters()),
     })?;
     for note in &written.notes {
         output.note(format_args!("  {note}"));
@@ -81,6 +82,7 @@ fn own_name(volume: &Path, data: &FileData) -> Result<PathBuf, Error> {
     name.push(match data {
         FileData::Mesh(_) => ".vtu",
         FileData::Grid(_) => ".vti",
+        FileData::Clusters(_) => return Err(in_clusters()),
     });
     let path = PathBuf::from(name);
     let is_input = |real: &PathBuf| volume.canonicalize().is_ok_and(|volume| volume == *real);
@@ -92,6 +94,14 @@ fn own_name(volume: &Path, data: &FileData) -> Result<PathBuf, Error> {
     }
     check_path(&path)?;
     Ok(path)
+}
+
+/// The error of a mesh that need not fit in memory.
+fn in_clusters() -> Error {
+    Error::Usage {
+        what: "a mesh in clusters is drawn, and not converted".into(),
+        help: Some("convert the file that it was packed from".into()),
+    }
 }
 
 /// Refuses a file of the wrong kind.

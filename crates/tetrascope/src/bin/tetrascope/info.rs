@@ -1,5 +1,6 @@
 //! `info`: what a mesh or a grid consists of and what is wrong with it.
 
+mod clusters;
 mod grid;
 
 use std::collections::BTreeMap;
@@ -46,6 +47,7 @@ pub(crate) fn run(args: &InfoArgs, output: &Output) -> Result<(), Stop> {
                 output,
             )
         }
+        Volume::Clusters(mesh) => clusters::print(&loaded, mesh, output),
         _ => Err(Error::invalid("`info` describes meshes and grids").into()),
     }
 }

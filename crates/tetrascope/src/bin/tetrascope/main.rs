@@ -1,7 +1,7 @@
 //! The command line of Tetrascope.
 //!
 //! [`args`] says what can be typed; one module each runs `render`, `view`, `info`,
-//! `convert` and the lists; [`scene`] makes a scene from options; [`series`] draws several files as `render` does one;
+//! `convert`, `pack` and the lists; [`scene`] makes a scene from options; [`series`] draws several files as `render` does one;
 //! [`output`] is all that is printed:
 //! results on stdout, everything else on stderr.
 
@@ -13,6 +13,7 @@ mod lists;
 mod mesh;
 mod need;
 mod output;
+mod pack;
 mod picture;
 mod render;
 #[cfg(feature = "resample")]
@@ -57,6 +58,7 @@ fn main() -> ExitCode {
         Command::View(args) => view::run(args, &output),
         Command::Info(args) => info::run(args, &output),
         Command::Convert(args) => convert::run(args, &output),
+        Command::Pack(args) => pack::run(args, &output),
         #[cfg(feature = "voxel-hw")]
         Command::Voxelize(args) => voxelize::voxelize(args, &output),
         #[cfg(feature = "voxel-hw")]

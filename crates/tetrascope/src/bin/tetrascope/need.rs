@@ -27,7 +27,8 @@ pub(crate) struct NeedArgs {
     /// --error it gives way where both cannot be kept
     #[arg(long, value_name = "TIME", value_parser = Need::parse_budget, conflicts_with_all = NAMED, help_heading = CHOICE, allow_hyphen_values = true)]
     budget: Option<Duration>,
-    /// Choose a setting that holds the volume in this memory, as 2GB or 512MB
+    /// Choose a setting that holds the volume in this memory, as 2GB or 512MB; a mesh in clusters (.tsc) is
+    /// drawn in it
     #[arg(long, value_name = "SIZE", value_parser = Need::parse_memory, conflicts_with_all = NAMED, help_heading = CHOICE, allow_hyphen_values = true)]
     memory: Option<u64>,
     /// Measure this machine anew before choosing

@@ -40,6 +40,7 @@ pub(crate) fn run(args: &RenderArgs, output: &Output) -> Result<(), Stop> {
     let (loaded, load) = request.load(output)?;
     let inputs = Input::all_of(&loaded)?;
     let volume = &loaded.volume;
+    let how = how.for_volume(volume)?;
     let scene = request.resolve(volume, output)?;
     let drawn = how.draw(args, (volume, &scene), output)?;
     let Drawn {
@@ -114,6 +115,24 @@ impl How {
         }
         let algorithm = tetrascope::algorithm(&args.algorithm)?;
         let settings = Settings::parse(algorithm, args.settings.iter().map(String::as_str))?;
+        Ok(How::Named(algorithm, settings))
+    }
+
+    /// A mesh in clusters is drawn in the memory that is given, by the one algorithm that does.
+    fn for_volume(self, volume: &Volume) -> Result<How, Error> {
+        let (How::Need(need), Volume::Clusters(_)) = (&self, volume) else {
+            return Ok(self);
+        };
+        let (None, None, Some(memory)) = (need.error, need.budget, need.memory) else {
+            return Err(Error::Usage {
+                what: "an error or a time cannot choose for a mesh in clusters: the ground truth needs it in memory"
+                    .into(),
+                help: Some("leave out --error and --budget".into()),
+            });
+        };
+        let algorithm = tetrascope::algorithm(tetrascope::raycast_cpu::NAME)?;
+        let setting = format!("memory={}", memory / 1_000_000);
+        let settings = Settings::parse(algorithm, [&setting[..]])?;
         Ok(How::Named(algorithm, settings))
     }
 
