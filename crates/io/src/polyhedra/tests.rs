@@ -30,7 +30,7 @@ fn read_text(text: &str) -> Result<MeshData, Error> {
     };
     match vtu::read(source)? {
         FileData::Mesh(mesh) => Ok(mesh),
-        FileData::Grid(_) => panic!("a grid"),
+        FileData::Grid(_) | FileData::Clusters(_) => panic!("a grid"),
     }
 }
 

@@ -92,7 +92,7 @@ fn read_bytes(name: &str, bytes: Vec<u8>) -> Result<MeshData, Error> {
     match data {
         FileData::Mesh(mesh) => Ok(mesh),
         // A damaged byte may make it another kind of file.
-        FileData::Grid(_) => Err(Error::invalid("a grid")),
+        FileData::Grid(_) | FileData::Clusters(_) => Err(Error::invalid("a grid")),
     }
 }
 

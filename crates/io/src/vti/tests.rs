@@ -19,7 +19,7 @@ fn lattice(dims: [usize; 3], interpolation: Interpolation) -> Lattice {
 fn read(path: &Path, options: &ReadOptions) -> GridData {
     match read_file(path, options) {
         Ok(FileData::Grid(grid)) => grid,
-        Ok(FileData::Mesh(_)) => panic!("an image is not a mesh"),
+        Ok(FileData::Mesh(_) | FileData::Clusters(_)) => panic!("an image is not a mesh"),
         Err(error) => panic!("{error}"),
     }
 }

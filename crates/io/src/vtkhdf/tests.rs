@@ -26,7 +26,7 @@ fn mesh_at(name: &str, step: Option<StepChoice>) -> MeshData {
         // Values are read when they are asked for, so that the file must outlive them; on Unix
         // an open one does.
         FileData::Mesh(mesh) => mesh,
-        FileData::Grid(_) => panic!("{name} is a grid"),
+        FileData::Grid(_) | FileData::Clusters(_) => panic!("{name} is a grid"),
     }
 }
 
@@ -37,7 +37,7 @@ fn mesh(name: &str) -> MeshData {
 fn grid_at(name: &str, step: Option<StepChoice>) -> GridData {
     match read_step(name, step).unwrap_or_else(|e| panic!("{name}: {e}")) {
         FileData::Grid(grid) => grid,
-        FileData::Mesh(_) => panic!("{name} is a mesh"),
+        FileData::Mesh(_) | FileData::Clusters(_) => panic!("{name} is a mesh"),
     }
 }
 
@@ -49,7 +49,7 @@ fn other(name: &str) -> FileData {
 fn other_mesh(name: &str) -> MeshData {
     match other(name) {
         FileData::Mesh(mesh) => mesh,
-        FileData::Grid(_) => panic!("{name} is a grid"),
+        FileData::Grid(_) | FileData::Clusters(_) => panic!("{name} is a grid"),
     }
 }
 

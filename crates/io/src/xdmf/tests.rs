@@ -22,7 +22,7 @@ fn read_at(path: &Path, step: Option<usize>) -> Result<FileData, Error> {
 fn mesh_at(name: &str, step: Option<usize>) -> MeshData {
     match read_at(&folder().join(name), step).unwrap_or_else(|e| panic!("{name}: {e}")) {
         FileData::Mesh(mesh) => mesh,
-        FileData::Grid(_) => panic!("{name} is a grid"),
+        FileData::Grid(_) | FileData::Clusters(_) => panic!("{name} is a grid"),
     }
 }
 

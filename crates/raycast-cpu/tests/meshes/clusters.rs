@@ -418,7 +418,9 @@ fn memory_changes_what_is_read_and_no_pixel() {
         let frame = large.render(&view).expect("a frame");
         assert!(counts(&frame)[1] <= most, "{width}");
         let whole = renderer(&volume, &other).render(&view).expect("a frame");
-        assert_eq!(difference(&whole, &frame, MOST).1, 0, "{width}");
+        // What moving a ray changes grows with the function's slope.
+        let (near, far) = difference(&whole, &frame, MOST / width);
+        assert_eq!(far, 0, "{width}: {near:e} and more");
     }
 }
 

@@ -90,6 +90,7 @@ pub(super) fn compare(data: &FileData, fields: &Value) -> Result<(), String> {
             assert_eq!(data.fields.len(), names.len());
             names.map(|field| (field, values_of(data, field))).into()
         }
+        FileData::Clusters(_) => panic!("no other program writes clusters"),
     };
     let mut names: Vec<&str> = own.iter().map(|(name, _)| *name).collect();
     names.sort_unstable();

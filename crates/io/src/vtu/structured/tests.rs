@@ -27,14 +27,14 @@ fn read_text(text: &str) -> Result<FileData, Error> {
 fn mesh(data: Result<FileData, Error>) -> MeshData {
     match data.expect("it is read") {
         FileData::Mesh(mesh) => mesh,
-        FileData::Grid(_) => panic!("a grid"),
+        FileData::Grid(_) | FileData::Clusters(_) => panic!("a grid"),
     }
 }
 
 fn grid(data: Result<FileData, Error>) -> GridData {
     match data.expect("it is read") {
         FileData::Grid(grid) => grid,
-        FileData::Mesh(_) => panic!("a mesh"),
+        FileData::Mesh(_) | FileData::Clusters(_) => panic!("a mesh"),
     }
 }
 
