@@ -93,7 +93,7 @@ impl FileFormat {
 }
 
 /// Every format, meshes first.
-pub const FORMATS: [FileFormat; 20] = [
+pub const FORMATS: [FileFormat; 21] = [
     format(
         "VTK XML unstructured grids",
         &["vtu"],
