@@ -11,7 +11,7 @@ fn fuzz(arguments: &[&str]) -> Output {
 
 #[test]
 fn no_reader_fails_on_mutated_files() {
-    let output = fuzz(&["--inputs", "11500", "--seed", "7", "--seconds", "60"]);
+    let output = fuzz(&["--inputs", "12000", "--seed", "7", "--seconds", "60"]);
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{text}");
     assert!(text.contains("| vtu | 500 |"), "{text}");

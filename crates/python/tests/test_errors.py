@@ -92,7 +92,7 @@ def test_files(tmp_path):
     with pytest.raises(FileNotFoundError) as caught:
         tetrascope.render(tmp_path / "none.vtu")
     assert caught.value.filename.endswith("none.vtu")
-    with pytest.raises(OSError):
+    with pytest.raises(tetrascope.TetrascopeError, match="DICOM series"):
         tetrascope.render(tmp_path)
     (tmp_path / "text.vtu").write_text("not a mesh")
     refused("text.vtu", tmp_path / "text.vtu")

@@ -94,8 +94,8 @@ fn images(path: &Path, notes: &mut Vec<String>) -> Result<Vec<Image>, Error> {
             None => format_error_with_help(
                 path,
                 "the folder",
-                "none of its files is a DICOM image",
-                "give the folder that holds the images themselves",
+                "a folder is read as a DICOM series, and none of the files here is a DICOM image",
+                "give a file, or the folder that holds the images themselves",
             ),
         });
     }

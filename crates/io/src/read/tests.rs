@@ -49,7 +49,9 @@ fn a_missing_file_and_a_folder_are_errors() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = read_mesh(folder.path(), &ReadOptions::default()).expect_err("a folder");
     assert!(
-        folder.to_string().contains("not a regular file"),
+        folder
+            .to_string()
+            .contains("a folder is read as a DICOM series"),
         "{folder}"
     );
 }

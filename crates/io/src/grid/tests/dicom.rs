@@ -81,7 +81,7 @@ fn what_is_no_lattice_is_refused() {
     let none = folder(&[("a.txt", b"no image")]);
     let error = read_series(none.path()).unwrap_err().to_string();
     assert!(
-        error.contains("none of its files is a DICOM image"),
+        error.contains("none of the files here is a DICOM image"),
         "{error}"
     );
 }
