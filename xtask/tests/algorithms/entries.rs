@@ -1,5 +1,6 @@
 //! What an algorithm says about itself, held to what it does.
 
+use tetrascope::core::clusters::MeshClusters;
 use tetrascope::core::glam::DVec3;
 use tetrascope::core::{CameraFit, OpticalModel, Volume};
 use tetrascope::{Algorithm, Values};
@@ -22,8 +23,11 @@ fn pairs(algorithm: &Algorithm) -> Vec<String> {
 #[test]
 fn frames_count_what_entries_list() {
     let cube = kuhn(2, DVec3::ZERO, DVec3::ONE, |_| true);
+    let cells = mesh(cube, |p| p.x + p.y * p.z);
+    let clusters = MeshClusters::of(&cells, 8).expect("parts of a mesh");
     let volumes = [
-        Volume::Mesh(mesh(cube, |p| p.x + p.y * p.z)),
+        Volume::Mesh(cells),
+        Volume::Clusters(clusters),
         Volume::Grid(grid(&Place::unit(4), |p| p.x + p.y * p.z)),
     ];
     for algorithm in algorithms("frames_count_what_entries_list") {
