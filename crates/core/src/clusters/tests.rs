@@ -111,7 +111,7 @@ fn little_memory_gives_the_same_cells_in_the_same_order() {
 
 #[test]
 fn cells_at_one_place_are_cut_all_the_same() {
-    let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE];
+    let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE];
     let four = [[0, 1, 2, 3], [0, 1, 2, 4], [0, 1, 3, 4], [1, 2, 3, 4]];
     // All within a millionth of a box that one far point stretches.
     let mut positions: Vec<DVec3> = points.iter().map(|p| *p * 1e-7).collect();

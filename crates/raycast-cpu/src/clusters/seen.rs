@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use tetrascope_core::clusters::Cluster;
 use tetrascope_core::glam::DVec2;
-use tetrascope_core::{Appearance, Bounds, OpticalModel, View};
+use tetrascope_core::{Appearance, Bounds, OpticalModel, Unit as _, View};
 use tetrascope_f32::knots::knot_pairs;
 use tetrascope_f32::tiles::pixels;
 use tetrascope_f32::{KnotPair, Normalization, Rays, ScalarMap};
@@ -93,7 +93,7 @@ impl Sight {
             .corners()
             .map(|corner| normalization.point(corner));
         let cut_away = appearance.clip_planes.iter().any(|plane| {
-            let normal = plane.normal.normalize();
+            let normal = plane.normal.unit();
             let height = normal.dot(normalization.point(plane.point));
             corners
                 .iter()

@@ -27,7 +27,7 @@ pub(super) fn crossing(through: [f32; 2], slope: [f32; 2], corners: [Vertex; 3])
     let whole: f64 = shares.iter().sum();
     let mean = |i: usize| {
         let first = corners[0][i];
-        if !(whole > 0.0) {
+        if whole <= 0.0 || whole.is_nan() {
             return first as f32;
         }
         let rest = (1..3).map(|j| shares[j] / whole * (corners[j][i] - first));
