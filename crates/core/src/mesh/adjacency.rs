@@ -92,7 +92,7 @@ impl Adjacency {
     }
 }
 
-/// What was found while faces were paired.
+/// Findings while faces are paired.
 #[derive(Clone, Copy, Default)]
 struct Found {
     crowded: usize,

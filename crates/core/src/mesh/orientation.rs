@@ -65,7 +65,7 @@ pub(super) fn orientation([p0, p1, p2, p3]: [DVec3; 4]) -> Orientation {
 mod tests {
     use super::*;
 
-    /// What is said of a cell does not have to be found again once it is turned.
+    /// Findings about a cell need not be made again once it is turned.
     #[test]
     fn two_corners_in_turn_change_signs_alone() {
         let mut state = 1_u64;

@@ -100,7 +100,7 @@ impl Places {
 /// A table of open addressing that all threads fill: each point takes the first free entry from that of
 /// its hash on, and meets there all that were at its position before.
 fn are_apart(points: &[DVec3], used: &[bool]) -> Option<bool> {
-    /// Of a table that is half full, one in 10¹² points passes so many entries.
+    /// One in 10¹² points passes so many entries of a table that is half full.
     const MOST_STEPS: usize = 64;
     const FREE: u32 = u32::MAX;
     const TOGETHER: usize = 16;

@@ -18,7 +18,7 @@ struct Clusters {
     path: PathBuf,
     file: Mutex<File>,
     of_cells: bool,
-    /// Of the directory, which has those of the clusters.
+    /// The checksum of the directory, which has those of the clusters.
     checksum: u32,
     field: String,
     picked: Vec<f64>,
@@ -36,7 +36,7 @@ pub fn open_tsc(path: &Path) -> Result<MeshClusters, Error> {
     MeshClusters::new(Arc::new(Clusters::open(path)?))
 }
 
-/// What to do about a damaged file.
+/// The help for a damaged file.
 const HELP: &str = "copy the file again, or pack the mesh again";
 
 impl Clusters {

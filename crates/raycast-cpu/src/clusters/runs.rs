@@ -1,4 +1,4 @@
-//! What rays have gathered so far, in runs without a gap.
+//! The segments that rays have gathered so far, in runs without a gap.
 //!
 //! Compositing is associative: a segment that begins where another ends is joined to it, and then the
 //! two are one. So a ray has as many runs as it has stretches in the clusters that were drawn so far; in the

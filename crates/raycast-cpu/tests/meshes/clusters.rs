@@ -365,7 +365,7 @@ fn what_does_not_show_is_not_read() {
     assert!(frame.pixels.iter().all(|pixel| *pixel == frame.pixels[0]));
 }
 
-/// What is kept is not read again, also in another look; little memory keeps less, and gives the same bits.
+/// Clusters that are kept are not read again, also in another look; little memory keeps less, and gives the same bits.
 #[test]
 fn memory_changes_what_is_read_and_no_pixel() {
     let (mesh, appearance) = mesh("torus", 60_000);

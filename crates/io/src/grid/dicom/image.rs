@@ -64,7 +64,7 @@ pub(super) struct Frame {
     pub(super) spacing: Option<[f64; 2]>,
     /// A stored number x means x · slope + intercept.
     pub(super) scale: Option<(f64, f64)>,
-    /// What frames at the same place are ordered by: the numbers that differ first decide.
+    /// Orders frames at the same place: the numbers that differ first decide.
     pub(super) order: [f64; 4],
 }
 
@@ -396,7 +396,7 @@ fn frame(set: &DataSet, groups: &[&DataSet]) -> Result<Frame, String> {
                 "rows and columns run along {numbers:?}, which are not two right-angled directions"
             ));
         }
-        // Of length 1 and right-angled to the last bit.
+        // Both get length 1 and a right angle, but for rounding.
         let x = x / x.length();
         let y = y - x * x.dot(y);
         orientation = Some([x, y / y.length()]);
