@@ -128,7 +128,7 @@ fn images(path: &Path, notes: &mut Vec<String>) -> Result<Vec<Image>, Error> {
         ));
     }
     images.retain(|image| image.series == chosen);
-    // A file that cannot be read might be one of the slices: it would leave a gap, which is refused.
+    // It might be one of the slices; among four or more, the gap that it leaves is refused.
     if let Some((file, error)) = refused.first() {
         let name = file.file_name().map(|name| name.to_string_lossy());
         notes.push(format!(
@@ -317,4 +317,11 @@ fn numbers(
         }
     }
     Ok(runs.into_iter().flatten().collect())
+}
+
+/// [`pixels::memory`] of one file.
+#[cfg(test)]
+pub(super) fn memory_of(path: &Path) -> (u64, Option<u64>) {
+    let image = Image::open(path).expect("an image").expect("with pixels");
+    pixels::memory(&[image])
 }

@@ -94,7 +94,7 @@ fn check(
                 let depths = [&whole, &found].map(|frame| frame.depths.clone());
                 assert_eq!(depths[0].is_some(), model == OpticalModel::Isosurfaces);
                 if let [Some(a), Some(b)] = depths {
-                    // Of a distance of some volumes' sizes.
+                    // In parts of a distance of some volumes' sizes.
                     let same = |(a, b): (&f32, &f32)| a == b || (a - b).abs() <= 4e-6 * a.abs();
                     let other = a.iter().zip(&b).filter(|pair| !same(*pair)).count();
                     assert!(other <= outline, "{name}, {parts} parts: {other} depths");

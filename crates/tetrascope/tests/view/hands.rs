@@ -148,7 +148,7 @@ fn fingers_steps_files_algorithms_handles_and_a_second_page() {
     );
     complete(&mut tab);
 
-    // A preset of ParaView from the file dialog; one that is none is refused in words.
+    // A preset of ParaView from the file dialog; another file is refused in words.
     let preset = folder.path().join("warm.json");
     let text = r#"[{"Name": "warm", "ColorSpace": "RGB", "RGBPoints": [0, 0.2, 0, 0, 50, 1, 1, 0.4], "Points": [0, 0.1, 0.5, 0, 50, 0.9, 0.5, 0]}]"#;
     std::fs::write(&preset, text).expect("written");

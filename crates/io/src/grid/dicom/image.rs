@@ -91,7 +91,8 @@ pub(super) struct Image {
     /// Bytes of the file.
     pub(super) length: u64,
     pixels: PixelPlace,
-    is_deflated: bool,
+    /// All behind the meta information is deflated.
+    pub(super) is_deflated: bool,
 }
 
 /// Whether this is the beginning of a DICOM file.

@@ -35,7 +35,9 @@ pub(super) fn memory(images: &[Image]) -> (u64, Option<u64>) {
         frame.saturating_mul(image.frames.len() as u64)
     };
     let all = images.iter().map(bytes).fold(0, u64::saturating_add);
-    let is_packed = images.iter().any(|image| image.packing != Packing::None);
+    let is_packed = images
+        .iter()
+        .any(|image| image.packing != Packing::None || image.is_deflated);
     let length = images
         .iter()
         .map(|image| image.length)

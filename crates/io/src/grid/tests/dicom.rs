@@ -87,7 +87,7 @@ fn what_is_no_lattice_is_refused() {
 }
 
 #[test]
-fn an_unreadable_image_is_counted_and_leaves_a_gap() {
+fn an_unreadable_image_is_counted() {
     let whole = bytes("explicit/b.dcm");
     let cut = &whole[..whole.len() / 3];
     let (first, last) = (bytes("explicit/a.dcm"), bytes("explicit/c.dcm"));
@@ -141,7 +141,21 @@ fn damaged_images_are_refused() {
     }
 }
 
-// Ten thousand frames of 65535 pixels squared in 64 bytes are refused before there is memory for them.
+// Files that are deflated are bounded together: many small ones could unpack to more than there is memory for.
+#[test]
+fn deflated_pixels_are_bounded_by_their_files() {
+    use crate::grid::dicom::memory_of;
+
+    let (_, plain) = memory_of(&fixture("explicit/a.dcm"));
+    assert_eq!(plain, None);
+    let (needed, most) = memory_of(&fixture("deflated/a.dcm"));
+    let length = std::fs::metadata(fixture("deflated/a.dcm"))
+        .expect("a fixture")
+        .len();
+    assert_eq!((needed, most), (5 * 4 * 2, Some(length * 64 + (1 << 30))));
+}
+
+// Six frames of 65535 pixels squared in a small file are refused before there is memory for them.
 #[test]
 fn packed_pixels_are_bounded_by_their_file() {
     let mut whole = bytes("times-runs.dcm");

@@ -1,4 +1,4 @@
-//! What a mesh in clusters consists of, as far as it is known without reading them.
+//! The contents of a mesh in clusters, as far as they are known without reading these.
 
 use serde_json::json;
 use tetrascope::core::clusters::MeshClusters;
