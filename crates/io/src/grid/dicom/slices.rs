@@ -193,7 +193,7 @@ impl Places {
         }
         let position = |frame: &Frame| frame.position.unwrap_or(DVec3::ZERO);
         let along = |frame: &Frame| self.normal.dot(position(frame));
-        slices.sort_by(|a, b| along(a.1).total_cmp(&along(b.1)).then(compare(a.1, b.1)));
+        slices.sort_by(|a, b| along(a.1).total_cmp(&along(b.1)));
         let all = slices.len();
         let length = along(slices[all - 1].1) - along(slices[0].1);
         // Groups of frames at the same place: steps below a share of the mean distance do not count.
