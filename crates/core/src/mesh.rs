@@ -3,6 +3,7 @@
 mod adjacency;
 mod boundary;
 mod cell_type;
+mod crossed;
 pub mod curved;
 mod five;
 mod orientation;
@@ -288,6 +289,12 @@ impl TetMesh {
             ..
         } = pieces;
         report.tetrahedra = tetrahedra.len();
+        let by_place = if places.is_empty() {
+            &tetrahedra
+        } else {
+            &places
+        };
+        report.crossed_faces = crossed::crossed_faces(by_place, &adjacency.boundary, &sources);
         report.flipped = pieces.flipped;
         report.folded = pieces.folded;
         report.collapsed = pieces.collapsed;

@@ -49,6 +49,9 @@ pub struct MeshReport {
     pub warp: f64,
     /// Faces that three or more tetrahedra share; each takes it as boundary.
     pub crowded_faces: usize,
+    /// Quadrilaterals of cells that were cut along one diagonal where the two triangles on their other side are cut along the
+    /// other: none of the four has a neighbor. Nothing is lost where the quadrilateral is planar.
+    pub crossed_faces: usize,
     /// Infinite or undefined values, at points that tetrahedra use or in cells; transparent.
     pub non_finite_scalars: usize,
 }
@@ -97,6 +100,10 @@ impl MeshReport {
         note(
             self.crowded_faces,
             "faces belong to more than two tetrahedra: cells overlap there, or the mesh is folded",
+        );
+        note(
+            self.crossed_faces,
+            "faces of cells meet tetrahedra that are cut along the other diagonal: exact where they are planar, else with gaps or overlaps as thick as they are warped",
         );
         note(self.unused_points, "points belong to no cell");
         note(

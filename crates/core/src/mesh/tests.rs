@@ -48,6 +48,53 @@ fn two_cells_are_neighbors() {
     assert_eq!(mesh.boundary_faces().len(), 6);
 }
 
+/// A cube of one hexahedron, and on its face x = 1, corners 1 2 6 5, two tetrahedra to point 8 beyond it, cut
+/// along 1 6 or 2 5.
+fn cube_with_a_roof(along: [u64; 2], lifted: f64) -> TetMesh {
+    let mut points: Vec<DVec3> = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+        .into_iter()
+        .chain([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+        .map(|p| DVec3::from_array(p.map(f64::from)))
+        .collect();
+    points[6].x += lifted;
+    points.push(DVec3::new(3.0, 0.5, 0.5));
+    let [a, b] = along;
+    let [c, d] = if along == [1, 6] { [2, 5] } else { [1, 6] };
+    let cells = Cells {
+        connectivity: [
+            vec![0, 1, 2, 3, 4, 5, 6, 7],
+            vec![a, b, c, 8],
+            vec![a, b, d, 8],
+        ]
+        .concat(),
+        offsets: vec![0, 8, 12, 16],
+        types: vec![12, 10, 10],
+    };
+    TetMesh::new(points, &cells, scalars(9)).expect("valid")
+}
+
+// The hexahedron's faces are cut from their least corner: 1.
+#[test]
+fn a_face_that_is_cut_along_both_diagonals_is_counted() {
+    let crossed = |along, lifted| {
+        let report = cube_with_a_roof(along, lifted).report();
+        let notes = report.notes().join("\n");
+        assert_eq!(
+            report.crossed_faces > 0,
+            notes.contains("other diagonal"),
+            "{notes}"
+        );
+        report.crossed_faces
+    };
+    for lifted in [0.0, 0.25] {
+        assert_eq!(crossed([1, 6], lifted), 0);
+        assert_eq!(crossed([2, 5], lifted), 1);
+    }
+    // A hexahedron by itself, and two that were cut alike, cross nothing.
+    assert_eq!(cube_with_a_roof([1, 6], 0.0).boundary_faces().len(), 10 + 4);
+    assert_eq!(cube_with_a_roof([2, 5], 0.0).boundary_faces().len(), 12 + 6);
+}
+
 #[test]
 fn bad_input_is_named() {
     let error = |points: Vec<DVec3>, cells: Vec<[u32; 4]>, values| {

@@ -258,6 +258,7 @@ impl Facts<'_> {
             "points": self.points,
             "coincident_points": cells.map_or(0, |cells| cells.report.coincident_points),
             "joined_faces": cells.map_or(0, |cells| cells.report.joined_faces),
+            "crossed_faces": cells.map_or(0, |cells| cells.report.crossed_faces),
             "fields": self.fields,
             "field": self.field,
             "bounds": (!self.bounds.is_empty()).then_some(bounds),
