@@ -93,7 +93,7 @@ pub struct Need {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Effort {
-    /// Every setting that a comparison tries, on scenes of up to some 60,000 cells: about a minute.
+    /// Every setting that a comparison tries, on scenes of up to some 60,000 cells: one or two minutes.
     #[default]
     Full,
     /// Each algorithm with its defaults alone, on two tiny scenes: for tests.
@@ -438,19 +438,26 @@ impl<'a> Chooser<'a> {
             return Ok(self.kept(model, kind).expect("it is kept"));
         }
         let machine = Machine::of(self.context);
-        let (context, effort) = (self.context, self.effort);
-        let made = Calibration::measure(context, model, kind, effort, &self.say)?;
         let known = self.known.get_or_insert_default();
-        known.push(made);
-        if let Some(folder) = &self.folder
-            && let Err(why) = cache::write(folder, &machine, known)
-        {
-            (self.say)(&format!("what was measured cannot be kept: {why}"));
+        let same = |c: &Calibration| (c.model, c.kind, c.effort) == (model, kind, self.effort);
+        let begun = known.iter().position(same).unwrap_or_else(|| {
+            known.push(Calibration::begin(model, kind, self.effort));
+            known.len() - 1
+        });
+        let mut is_kept = true;
+        while !known[begun].is_whole() {
+            known[begun].measure_next(self.context, &self.say)?;
+            if let Some(folder) = self.folder.as_ref().filter(|_| is_kept)
+                && let Err(why) = cache::write(folder, &machine, known)
+            {
+                (self.say)(&format!("what was measured cannot be kept: {why}"));
+                is_kept = false;
+            }
         }
-        Ok(&known[known.len() - 1])
+        Ok(&known[begun])
     }
 
-    /// The measurements made before; reads the file at the first call.
+    /// The measurements made before, if they are whole; reads the file at the first call.
     fn kept(&mut self, model: OpticalModel, kind: Kind) -> Option<&Calibration> {
         if self.known.is_none() {
             let read = match &self.folder {
@@ -465,8 +472,9 @@ impl<'a> Chooser<'a> {
             }));
         }
         let effort = self.effort;
-        let same = |c: &&Calibration| (c.model, c.kind, c.effort) == (model, kind, effort);
-        self.known.iter().flatten().find(same)
+        let same = |c: &Calibration| (c.model, c.kind, c.effort) == (model, kind, effort);
+        let mut known = self.known.iter().flatten();
+        known.find(|c| same(c) && c.is_whole())
     }
 }
 

@@ -14,7 +14,7 @@ use super::calibrate::Calibration;
 use crate::Context;
 
 /// The version of the file's format.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// Files are of some 100 kB.
 const MOST_BYTES: u64 = 16 << 20;
@@ -218,13 +218,13 @@ mod tests {
         write(folder.path(), &machine(), &[made_up()]).expect("it is written");
         let path = machine().path(folder.path());
         let text = fs::read_to_string(&path).expect("it is there");
-        for damaged in [&text[..text.len() / 2], "", "[]", "{\"format\": 1}"] {
+        for damaged in [&text[..text.len() / 2], "", "[]", "{\"format\": 2}"] {
             fs::write(&path, damaged).expect("it can be written");
             let why = read(folder.path(), &machine()).expect_err("it is damaged");
             assert!(why.contains("calibration-"), "{why}");
         }
         // Of a format to come, nothing is known to be damaged.
-        fs::write(&path, "{\"format\": 2, \"more\": []}").expect("it can be written");
+        fs::write(&path, "{\"format\": 3, \"more\": []}").expect("it can be written");
         assert_eq!(read(folder.path(), &machine()), Ok(Vec::new()));
     }
 

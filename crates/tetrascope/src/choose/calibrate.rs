@@ -65,8 +65,11 @@ pub(crate) struct Calibration {
     pub(crate) model: OpticalModel,
     pub(crate) kind: Kind,
     pub(crate) effort: Effort,
+    /// Those of the list of scenes that were measured: the first ones, where it was interrupted.
     scenes: Vec<Features>,
     measured: Vec<Measured>,
+    /// Settings that are not tried on more scenes, by name.
+    hopeless: Vec<String>,
 }
 
 /// One setting on one scene.
@@ -191,68 +194,79 @@ fn rescale(file: &mut SceneFile, volume: &Volume) {
 }
 
 impl Calibration {
-    /// Measures; tells `say` at which scene it is, and what it leaves out.
-    ///
-    /// # Errors
-    /// Where the ground truth does not draw; an algorithm that fails is left out.
-    pub(crate) fn measure(
-        context: &Context,
-        model: OpticalModel,
-        kind: Kind,
-        effort: Effort,
-        say: &dyn Fn(&str),
-    ) -> Result<Calibration, Error> {
-        let setups = candidates(model, effort);
-        let specs = specs(kind, effort);
-        let mut hopeless = vec![false; setups.len()];
-        let mut calibration = Calibration {
+    /// A calibration in which nothing was measured yet.
+    pub(crate) fn begin(model: OpticalModel, kind: Kind, effort: Effort) -> Calibration {
+        Calibration {
             model,
             kind,
             effort,
             scenes: Vec::new(),
             measured: Vec::new(),
+            hopeless: Vec::new(),
+        }
+    }
+
+    /// Whether every scene was measured.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.scenes.len() >= specs(self.kind, self.effort).len()
+    }
+
+    /// Measures the next scene, unless all were; tells `say` which it is, and at the last what was left out.
+    ///
+    /// # Errors
+    /// Where the ground truth does not draw; an algorithm that fails is left out. The calibration is as
+    /// before then.
+    pub(crate) fn measure_next(
+        &mut self,
+        context: &Context,
+        say: &dyn Fn(&str),
+    ) -> Result<(), Error> {
+        let setups = candidates(self.model, self.effort);
+        let specs = specs(self.kind, self.effort);
+        let number = self.scenes.len();
+        let Some(spec) = specs.get(number) else {
+            return Ok(());
         };
-        for (number, spec) in specs.iter().enumerate() {
-            say(&format!(
-                "calibrating, {} of {}: {} settings, once for this machine",
-                number + 1,
-                specs.len(),
-                setups.len(),
-            ));
-            let (volume, scene) = spec.make(model)?;
-            let reference =
-                Reference::new(&volume, &scene.appearance, &ReferenceOptions::default())?;
-            let truth = reference.render_exact(&scene.view)?.to_frame();
-            let sample = Sample::new(&reference, &volume, &scene.appearance, &scene.view)?;
-            calibration.scenes.push(sample.features);
-            let mut took = Vec::new();
-            for (index, setup) in setups.iter().enumerate() {
-                if hopeless[index] {
-                    continue;
-                }
-                let start = Instant::now();
-                let measured = measured(context, setup, (&volume, &scene), &truth, number);
-                if let Some(measured) = measured {
-                    took.push((index, measured.seconds, start.elapsed().as_secs_f64()));
-                    calibration.measured.push(measured);
-                }
+        say(&format!(
+            "calibrating, {} of {}: {} settings, once for this machine; if interrupted it goes on from here",
+            number + 1,
+            specs.len(),
+            setups.len() - self.hopeless.len(),
+        ));
+        let (volume, scene) = spec.make(self.model)?;
+        let reference = Reference::new(&volume, &scene.appearance, &ReferenceOptions::default())?;
+        let truth = reference.render_exact(&scene.view)?.to_frame();
+        let sample = Sample::new(&reference, &volume, &scene.appearance, &scene.view)?;
+        let mut took = Vec::new();
+        for setup in &setups {
+            if self.hopeless.contains(&setup.name()) {
+                continue;
             }
-            let fastest = took.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
-            let (slow, times, in_all) = HOPELESS;
-            for (index, seconds, all) in took {
-                // The truth is what is left where all else fails. The first scene compiles.
-                let far = seconds > slow && seconds > times * fastest;
-                let is_hopeless = far || (number > 0 && all > in_all);
-                hopeless[index] = is_hopeless && !setups[index].algorithm.is_truth();
+            let start = Instant::now();
+            let measured = measured(context, setup, (&volume, &scene), &truth, number);
+            if let Some(measured) = measured {
+                took.push((setup, measured.seconds, start.elapsed().as_secs_f64()));
+                self.measured.push(measured);
             }
         }
-        let slow = hopeless.iter().filter(|hopeless| **hopeless).count();
-        if slow > 0 {
+        self.scenes.push(sample.features);
+        let fastest = took.iter().map(|t| t.1).fold(f64::INFINITY, f64::min);
+        let (slow, times, in_all) = HOPELESS;
+        for (setup, seconds, all) in took {
+            // The truth is what is left where all else fails. The first scene compiles.
+            let far = seconds > slow && seconds > times * fastest;
+            let is_hopeless = far || (number > 0 && all > in_all);
+            if is_hopeless && !setup.algorithm.is_truth() {
+                self.hopeless.push(setup.name());
+            }
+        }
+        if self.is_whole() && !self.hopeless.is_empty() {
             say(&format!(
-                "  {slow} slow settings were measured on fewer scenes"
+                "  {} slow settings were measured on fewer scenes",
+                self.hopeless.len()
             ));
         }
-        Ok(calibration)
+        Ok(())
     }
 
     /// The expectations of a setting on a scene; `None` if it was not measured.
@@ -337,6 +351,7 @@ pub(super) mod tests {
             kind: Kind::Mesh,
             effort: Effort::Quick,
             scenes: vec![sample.expect("it draws").features],
+            hopeless: Vec::new(),
             measured: vec![Measured {
                 algorithm: "reference".into(),
                 setting: String::new(),
@@ -360,6 +375,33 @@ pub(super) mod tests {
                 }
             }
         }
+    }
+
+    // What was kept of an interrupted run is gone on from, and nothing is measured twice.
+    #[test]
+    fn a_calibration_goes_on_where_it_was() {
+        let context = Context::new();
+        let mut calibration = Calibration::begin(OpticalModel::Emission, Kind::Grid, Effort::Quick);
+        let lines = std::cell::RefCell::new(Vec::new());
+        let say = |line: &str| lines.borrow_mut().push(line.to_owned());
+        calibration.measure_next(&context, &say).expect("it draws");
+        assert!(!calibration.is_whole());
+        let text = serde_json::to_string(&calibration).expect("it is JSON");
+        let mut read: Calibration = serde_json::from_str(&text).expect("it is JSON");
+        read.measure_next(&context, &say).expect("it draws");
+        assert!(read.is_whole());
+        assert_eq!(read.scenes[..1], calibration.scenes);
+        assert!(read.measured.starts_with(&calibration.measured));
+        assert!(read.measured.len() > calibration.measured.len());
+        let before = read.clone();
+        read.measure_next(&context, &say).expect("there is none");
+        assert_eq!(read, before);
+        let lines = lines.into_inner();
+        let scenes: Vec<&String> = lines.iter().filter(|l| l.contains("calibrating")).collect();
+        assert!(
+            scenes.len() == 2 && scenes[1].contains("2 of 2"),
+            "{lines:?}"
+        );
     }
 
     #[test]
