@@ -52,9 +52,32 @@ pub fn rounded(value: f64) -> String {
     exact(rounded.parse().unwrap_or(value))
 }
 
-/// The range from `low` to `high`, as `[low, high]`.
+/// How many things there are, as "1 cluster" or "2 clusters": the two words are given.
+pub fn count(count: u64, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
+
+/// The range from `low` to `high`, as `[low, high]`, each end rounded to a millionth of the range's width or to four
+/// digits, whichever is finer; equal ends are written in full.
 pub fn range((low, high): (f64, f64)) -> String {
-    format!("[{}, {}]", exact(low), exact(high))
+    let width = high - low;
+    let end = |value: f64| {
+        let digits = (value.abs() / width).log10().ceil() + 7.0;
+        // Of no width, of infinite width, or without a number at all: in full.
+        if !digits.is_finite() || digits >= 17.0 {
+            return exact(value);
+        }
+        let digits = digits.max(4.0) as usize;
+        let rounded = format!("{value:.precision$e}", precision = digits - 1);
+        let rounded: f64 = rounded.parse().unwrap_or(value);
+        let [rounded, full] = [exact(rounded), exact(value)];
+        if rounded.len() < full.len() {
+            rounded
+        } else {
+            full
+        }
+    };
+    format!("[{}, {}]", end(low), end(high))
 }
 
 /// A point or a direction, as `[x, y, z]`.
@@ -139,8 +162,34 @@ mod tests {
     }
 
     #[test]
+    fn one_thing_is_not_several() {
+        let words = [0, 1, 2].map(|n| count(n, "cluster", "clusters"));
+        assert_eq!(words, ["0 clusters", "1 cluster", "2 clusters"]);
+    }
+
+    #[test]
     fn ranges_and_boxes_are_made_of_numbers() {
-        assert_eq!(range((-1e-9, 1e40)), "[-1e-9, 1e40]");
+        for ((low, high), text) in [
+            ((-1e-9, 1e40), "[-1e-9, 1e40]"),
+            ((0.0, 1.0 / 3.0), "[0, 0.3333333]"),
+            ((2.0, 101_325.123_456_789), "[2, 101325.12]"),
+            (
+                (101_324.999_1, 101_325.001_234_567_8),
+                "[101324.9991, 101325.001234568]",
+            ),
+            ((1.234_567e-12, 1.0), "[1.235e-12, 1]"),
+            (
+                (1.0 / 3.0, 1.0 / 3.0),
+                "[0.3333333333333333, 0.3333333333333333]",
+            ),
+            (
+                (f64::MIN, f64::MAX),
+                "[-1.7976931348623157e308, 1.7976931348623157e308]",
+            ),
+            ((f64::NAN, f64::INFINITY), "[NaN, inf]"),
+        ] {
+            assert_eq!(range((low, high)), text);
+        }
         let unit = Bounds {
             min: DVec3::ZERO,
             max: DVec3::new(1e-9, 0.5, 2.0),

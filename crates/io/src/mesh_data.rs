@@ -9,7 +9,7 @@ use tetrascope_core::glam;
 use tetrascope_core::groups::marked;
 use tetrascope_core::mesh::curved::{self, Straightened, Straightening};
 use tetrascope_core::mesh::{Association, volume_corners};
-use tetrascope_core::{Cells, Error, Scalars, TetMesh};
+use tetrascope_core::{Cells, Error, Scalars, TetMesh, number};
 
 use crate::fields::{
     Array, Choice, GHOST_LEVELS, Loaded, MOST_COMPONENTS, Part, association_name, choose, is_wide,
@@ -67,7 +67,7 @@ impl MeshData {
     pub fn field_list(&self) -> Vec<String> {
         let line = |field: &MeshField| {
             let range = match field.range {
-                Some((low, high)) => format!("[{}, {}]", short(low), short(high)),
+                Some(range) => number::range(range),
                 None => "[no finite value]".into(),
             };
             let association = association_name(field.association);
@@ -80,8 +80,8 @@ impl MeshData {
     ///
     /// A name is one of those listed, with `cell:` or `point:` before it, or ` (cell)` or
     /// ` (point)` behind it, where it is at points and in cells. A vector's own name is
-    /// its magnitude. Where the file does not name components, `v-x` or `s-xy` is taken for
-    /// the component that it is by custom. Without a name: the first field that is not the
+    /// its magnitude. Where the file does not name components, `v-x` or `s-xy` (or `v_x`,
+    /// `v:x`, `v.x`) is taken for the component that it is by custom. Without a name: the first field that is not the
     /// same everywhere, or simply the first.
     ///
     /// # Errors
@@ -108,16 +108,27 @@ impl MeshData {
         if self.fields.is_empty() {
             return Err(Error::Invalid {
                 what: "the mesh has no scalar field to draw".into(),
-                help: Some(
-                    "give the file that holds the fields with `solution`, or choose a mesh with point or cell data"
-                        .into(),
-                ),
+                help: Some(self.without_fields()),
             });
         }
         Err(Error::NoSuchField {
             name: name.unwrap_or_default().into(),
             available: self.field_list(),
         })
+    }
+
+    /// What helps where there is no field.
+    fn without_fields(&self) -> String {
+        let is_plot3d = |file: &PathBuf| {
+            let extension = file.extension().unwrap_or_default().to_string_lossy();
+            crate::plot3d::has_extension(&extension.to_ascii_lowercase())
+        };
+        match self.files.first().is_some_and(is_plot3d) {
+            true => "give the file that holds the fields with `solution`".into(),
+            false => {
+                "write it again with the values that it has at its points or in its cells".into()
+            }
+        }
     }
 
     /// The field that [`MeshData::choose`] finds, with its values.
@@ -521,21 +532,6 @@ fn widen(range: &mut Option<(f64, f64)>, value: f64) {
     }
 }
 
-/// Six significant digits at most.
-fn short(value: f64) -> String {
-    let magnitude = value.abs();
-    if magnitude != 0.0 && !(1e-4..1e7).contains(&magnitude) {
-        return format!("{value:.4e}");
-    }
-    let decimals = (5 - magnitude.max(1e-4).log10().floor() as i32).clamp(0, 9) as usize;
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').into()
-    } else {
-        text
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -598,8 +594,8 @@ mod tests {
             list,
             [
                 "flat [1, 1] (point)",
-                "t [1.0000e-9, 3] (point)",
-                "c [-1, 250000] (cell)"
+                "t [1e-9, 3] (point)",
+                "c [-1, 250000.2] (cell)"
             ]
         );
         let missing: Vec<u64> = data().fields.iter().map(|f| f.missing).collect();
@@ -611,10 +607,7 @@ mod tests {
         assert_eq!(data().field(None).expect("there are fields").name, "t");
         assert_eq!(data().field(Some("c")).expect("it exists").name, "c");
         let error = data().field(Some("x")).expect_err("there is no x");
-        assert!(
-            error.to_string().contains("t [1.0000e-9, 3] (point)"),
-            "{error}"
-        );
+        assert!(error.to_string().contains("t [1e-9, 3] (point)"), "{error}");
         let empty = MeshData::default();
         assert!(empty.field(None).is_err());
     }
