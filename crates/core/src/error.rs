@@ -24,11 +24,11 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file's contents are not what its format says.
-    #[error("{}, in {} at {}", sentence(what), place(path), text::name(at))]
+    #[error("{}, in {}{}", sentence(what), place(path), within(at))]
     Format {
         /// The file.
         path: PathBuf,
-        /// Where in it: "byte 12", "line 3, column 7", "array 'Temperature'".
+        /// Where in it: "byte 12", "line 3, column 7", "array 'Temperature'"; empty for the whole of it.
         at: String,
         /// The fault, with the numbers.
         what: String,
@@ -165,6 +165,14 @@ impl Error {
                 "ask for a smaller image or mesh, or fewer samples, or draw without a GPU".into(),
             ),
             Error::NoMemory { .. } => Some("draw a smaller image".into()),
+            Error::Io {
+                action: "cannot write",
+                path,
+                source,
+            } if source.kind() == std::io::ErrorKind::NotFound => {
+                let folder = path.parent()?;
+                Some(format!("make the folder {} first", place(folder)))
+            }
             Error::Unsupported { .. } => Some("choose another algorithm".into()),
             Error::NoSuchField { .. }
             | Error::Unknown { .. }
@@ -224,6 +232,14 @@ fn sentence(text: impl Display) -> String {
 
 fn place(path: &Path) -> String {
     clipped(path.display(), LONGEST_PLACE)
+}
+
+/// " at byte 12"; nothing where the whole file is meant.
+fn within(at: &str) -> String {
+    match at {
+        "" => String::new(),
+        at => format!(" at {}", text::name(at)),
+    }
 }
 
 fn fields(available: &[String]) -> String {

@@ -79,11 +79,11 @@ fn read(path: &Path) -> Result<Source, Error> {
         bytes,
     };
     if source.bytes.is_empty() {
-        return Err(source.error("byte 0", "the file is empty"));
+        return Err(source.error("", "the file is empty"));
     }
     if source.bytes.len() as u64 > MAX_COLLECTION_BYTES {
         return Err(source.error(
-            "byte 0",
+            "",
             format!("a file of more than {MAX_COLLECTION_BYTES} bytes is not a collection"),
         ));
     }

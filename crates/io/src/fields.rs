@@ -370,7 +370,7 @@ fn choose_part(
         let note = Some(format!("'{wanted}' is a vector: its magnitude is drawn"));
         return Some(Choice { index, note });
     }
-    let (array, suffix) = wanted.rsplit_once('-')?;
+    let (array, suffix) = wanted.rsplit_once(['-', '_', ':', '.'])?;
     among.iter().find_map(|association| {
         let component = |c: usize| {
             let name = format!("{array}-{c}");

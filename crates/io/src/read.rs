@@ -67,13 +67,16 @@ pub enum FileData {
     Clusters(MeshClusters),
 }
 
-/// Formats that people have and that are not read, by extension.
+/// Formats that people have and that are not read, by extension; what helps stands behind a semicolon.
 const NOT_READ: [(&[&str], &str); 11] = [
     (
         &["pvd", "series"],
         "a list of the files of a series; give one of these files, or draw it as a series",
     ),
-    (&["vtp"], "a VTK XML file of surfaces, which have no volume"),
+    (
+        &["vtp", "stl", "ply", "obj"],
+        "a surface, and there is nothing inside it to draw; fill it with tetrahedra, by Gmsh or TetGen, with values at their points, and save these as .vtu",
+    ),
     (
         &["raw", "dat", "img", "rec", "st"],
         "a file of samples alone; say what is in it with `dims` and `type`",
@@ -104,7 +107,7 @@ const NOT_READ: [(&[&str], &str); 11] = [
         "neither netCDF nor HDF5, as its first bytes are others; copy or write it again",
     ),
     (
-        &["inp", "med", "foam", "stl", "ply", "obj"],
+        &["inp", "med", "foam"],
         "a mesh in a format of another program; save it as .vtu",
     ),
 ];
@@ -118,13 +121,13 @@ pub fn read_mesh(path: &Path, options: &ReadOptions) -> Result<MeshData, Error> 
         FileData::Mesh(mesh) => Ok(mesh),
         FileData::Grid(_) => Err(Error::Format {
             path: path.to_owned(),
-            at: "byte 0".into(),
+            at: "".into(),
             what: "the file holds a regular grid where a mesh is needed".into(),
             help: None,
         }),
         FileData::Clusters(_) => Err(Error::Format {
             path: path.to_owned(),
-            at: "byte 0".into(),
+            at: "".into(),
             what: "the file holds a mesh in clusters where one in memory is needed".into(),
             help: Some("give the file that it was packed from".into()),
         }),
@@ -298,7 +301,7 @@ fn head(path: &Path, most: u64) -> Result<Source, Error> {
         bytes,
     };
     if head.bytes.is_empty() {
-        return Err(head.error("byte 0", "the file is empty"));
+        return Err(head.error("", "the file is empty"));
     }
     Ok(head)
 }
@@ -354,7 +357,7 @@ impl Format {
     #[cfg(not(feature = "dicom"))]
     fn of_folder(path: &Path) -> Result<Format, Error> {
         let what = "folders hold DICOM series, which are read with the feature `dicom`";
-        Err(crate::source::format_error(path, "the folder", what))
+        Err(crate::source::format_error(path, "", what))
     }
 
     /// Whether one of several time steps can be chosen.
@@ -377,7 +380,7 @@ impl Format {
             .strip_prefix(b"\xef\xbb\xbf")
             .unwrap_or(&source.bytes);
         let head = bytes;
-        let refuse = |what: &str| Err(source.error_with_help("byte 0", what, in_words()));
+        let refuse = |what: &str| Err(source.error_with_help("", what, in_words()));
         // Also where line ends were changed on the way, so that this is what is said.
         if head.starts_with(&tsc::MAGIC[..4]) || extension == "tsc" {
             return Ok(Format::Clusters);
@@ -419,7 +422,7 @@ impl Format {
         }
         if head.starts_with(b"@(#)ADF Database") {
             return Err(source.error_with_help(
-                "byte 0",
+                "",
                 "this is a CGNS file in ADF, CGNS's own container, and those in HDF5 are read",
                 "convert it with adf2hdf, which comes with the CGNS library",
             ));
@@ -472,7 +475,12 @@ impl Format {
         }
         for (extensions, what) in NOT_READ {
             if extensions.contains(&extension) {
-                return refuse(&format!(".{extension} is not read: it is {what}"));
+                let (what, help) = what.split_once("; ").unwrap_or((what, ""));
+                let what = format!(".{extension} is not read: it is {what}");
+                return match help {
+                    "" => refuse(&what),
+                    help => Err(source.error_with_help("", what, help)),
+                };
             }
         }
         refuse("this is not a mesh or a grid in a format that is read")

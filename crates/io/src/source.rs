@@ -27,7 +27,7 @@ impl Source {
             bytes,
         };
         if source.bytes.is_empty() {
-            return Err(source.error("byte 0", "the file is empty"));
+            return Err(source.error("", "the file is empty"));
         }
         Ok(source)
     }

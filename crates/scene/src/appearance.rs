@@ -165,8 +165,11 @@ impl AppearanceSpec {
                 distance = longest_unit;
                 why = "as nearly all of the volume is clear";
             }
-            let rounded = number::rounded(distance);
-            defaults.push(format!("unit distance: {rounded}, {why}"));
+            // Surfaces are drawn without it.
+            if self.model() != OpticalModel::Isosurfaces {
+                let rounded = number::rounded(distance);
+                defaults.push(format!("unit distance: {rounded}, {why}"));
+            }
             distance
         });
         let function = TransferFunction::from_ramp(map, &ramp, unit_distance, COLORMAP_KNOTS)?;

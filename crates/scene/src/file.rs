@@ -86,6 +86,24 @@ impl SceneFile {
                 "a file of more than {MAX_SCENE_BYTES} bytes is not a scene file"
             )));
         }
+        // A mesh given as a scene by mistake; whatever parses it says less.
+        let is_named = path.extension().is_some_and(|extension| {
+            ["toml", "json"]
+                .iter()
+                .any(|known| extension.eq_ignore_ascii_case(known))
+        });
+        let begins_as = |start: &[u8]| bytes.trim_ascii_start().starts_with(start);
+        if !is_named
+            && [&b"<"[..], b"# vtk", b"\x89", b"NRRD", b"$Mesh"]
+                .into_iter()
+                .any(begins_as)
+        {
+            return Err(Error::Scene {
+                at: path.display().to_string(),
+                what: "this is no scene, but looks like a mesh or a grid".into(),
+                help: Some("give it as the volume, without `scene`".into()),
+            });
+        }
         let text = String::from_utf8(bytes).map_err(|error| {
             let at = error.utf8_error().valid_up_to();
             invalid(format!("byte {at} is not text (UTF-8)"))

@@ -2,7 +2,8 @@
 
 use tetrascope_core::glam::DVec3;
 use tetrascope_core::{
-    Appearance, Bounds, Camera, Error, Frame, OpticalModel, Projection, Ray, View, Volume, number,
+    Appearance, Bounds, Camera, ClipPlane, Error, Frame, OpticalModel, Projection, Ray, View,
+    Volume, number,
 };
 
 /// Half a step of an 8-bit image: nothing below it can be seen in a PNG.
@@ -142,10 +143,27 @@ fn reason(volume: &Volume, appearance: &Appearance, view: &View) -> (String, Str
             "use `background` white, or `colormap` viridis".into(),
         );
     }
+    if is_cut_away(appearance, &bounds) {
+        return (
+            "the clip planes cut away the whole volume".into(),
+            "turn a normal of `clip_planes` round, or move its point into the volume: what is behind the plane is cut away"
+                .into(),
+        );
+    }
     (
         "the rays meet the volume's box, but pass beside its cells or through clear ones".into(),
         "use the `camera` fit+iso and the default colors, and change one of them at a time".into(),
     )
+}
+
+/// Whether one clip plane has the whole box behind it.
+fn is_cut_away(appearance: &Appearance, bounds: &Bounds) -> bool {
+    let cuts = |plane: &ClipPlane| {
+        let corners = bounds.corners();
+        let is_behind = |corner: &DVec3| (*corner - plane.point).dot(plane.normal) <= 0.0;
+        corners.iter().all(is_behind)
+    };
+    appearance.clip_planes.iter().any(cuts)
 }
 
 /// Whether `point` lies in the image.
@@ -263,6 +281,19 @@ mod tests {
         assert!(black.contains("black"), "{black}");
         let beside = why(&volume, |_| {});
         assert!(beside.contains("pass beside"), "{beside}");
+    }
+
+    #[test]
+    fn a_plane_that_leaves_nothing_is_named() {
+        let volume = tet([1.0, 2.0, 3.0, 4.0]);
+        let why = |point: f64| {
+            why(&volume, |file| {
+                let (point, normal) = (DVec3::splat(point), DVec3::ONE);
+                file.appearance.clip_planes = Some(vec![ClipPlane { point, normal }]);
+            })
+        };
+        assert!(why(5.0).contains("cut away the whole volume"));
+        assert!(why(0.1).contains("pass beside"));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use tetrascope_core::{Error, text};
 use tetrascope_scene::nearest;
 
 /// The spellings of a library's hints at the command line.
-const SPELLINGS: [(&str, &str); 17] = [
+const SPELLINGS: [(&str, &str); 21] = [
     ("`dims` and `type`", "--dims 256x256x128 --type u8"),
     ("leave out `solution`", "leave out --solution"),
     ("`solution`", "--solution FILE"),
@@ -13,6 +13,16 @@ const SPELLINGS: [(&str, &str); 17] = [
         "draw it as a series",
         "draw it as a series with `tetrascope render FILE -o frame_%04d.png`",
     ),
+    (
+        "the list of formats has all",
+        "`tetrascope formats` lists all",
+    ),
+    (
+        "draw it as it is",
+        "draw it as it is with `tetrascope render`",
+    ),
+    ("`scene`", "--scene"),
+    ("`clip_planes`", "--clip"),
     (
         "choose another field",
         "choose another field with --field; `tetrascope info` lists them",

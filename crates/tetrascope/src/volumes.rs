@@ -595,9 +595,9 @@ fn from_clusters(clusters: MeshClusters, source: &VolumeSource) -> Result<Loaded
     });
     Ok(Loaded {
         description: format!(
-            "{} tetrahedra in {} clusters{checksum}, field '{name}' ({})",
-            clusters.cell_count(),
-            from.clusters().len(),
+            "{} in {}{checksum}, field '{name}' ({})",
+            tetrahedra(clusters.cell_count() as u64),
+            number::count(from.clusters().len() as u64, "cluster", "clusters"),
             association(of)
         ),
         field: name.to_owned(),
@@ -677,7 +677,7 @@ fn loaded(
 ) -> Loaded {
     let report = mesh.report();
     notes.extend(report.notes());
-    let mut description = format!("{} tetrahedra", mesh.cell_count());
+    let mut description = tetrahedra(mesh.cell_count() as u64);
     if report.cells_by_type.keys().any(|&kind| kind != VTK_TETRA) {
         let counts = report.cells_by_type.iter();
         let counts = counts.map(|(&kind, count)| format!("{} × {count}", type_name(kind)));
@@ -698,6 +698,10 @@ fn loaded(
         files,
         space: None,
     }
+}
+
+fn tetrahedra(count: u64) -> String {
+    number::count(count, "tetrahedron", "tetrahedra")
 }
 
 fn association(association: Association) -> &'static str {

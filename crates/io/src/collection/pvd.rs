@@ -53,7 +53,7 @@ pub(super) fn parse(source: Source) -> Result<Vec<Entry>, Error> {
         }
     }
     if !is_collection {
-        return Err(source.error("byte 0", "there is no <Collection> element"));
+        return Err(source.error("", "there is no <Collection> element"));
     }
     if !is_whole {
         return Err(source.error_with_help(

@@ -26,7 +26,7 @@ pub(super) fn parse(source: &Source) -> Result<Vec<Entry>, Error> {
         ));
     }
     let files = value.get("files").and_then(Value::as_array);
-    let files = files.ok_or_else(|| source.error("byte 0", "there is no list \"files\""))?;
+    let files = files.ok_or_else(|| source.error("", "there is no list \"files\""))?;
     let entry = |(i, file): (usize, &Value)| {
         let at = format!("files[{i}]");
         let name = file.get("name").and_then(Value::as_str);

@@ -93,9 +93,12 @@ fn images(path: &Path, notes: &mut Vec<String>) -> Result<Vec<Image>, Error> {
             Some((_, error)) => error,
             None => format_error_with_help(
                 path,
-                "the folder",
+                "",
                 "a folder is read as a DICOM series, and none of the files here is a DICOM image",
-                "give a file, or the folder that holds the images themselves",
+                match inner_series(path) {
+                    Some(inner) => format!("give the folder {}, which holds some", inner.display()),
+                    None => "give a file, or the folder that holds the images themselves".into(),
+                },
             ),
         });
     }
@@ -162,7 +165,7 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
         if files.len() > MOST_FILES {
             return Err(format_error_with_help(
                 folder,
-                "the folder",
+                "",
                 format!("more than {MOST_FILES} files"),
                 "move the series to a folder of its own",
             ));
@@ -170,6 +173,34 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     }
     files.sort();
     Ok(files)
+}
+
+/// The first folder within `folder` that holds a DICOM file, at most two deep: exports have one for each series, and
+/// some one for each patient or study around them.
+fn inner_series(folder: &Path) -> Option<PathBuf> {
+    /// Folders and files that are looked at.
+    const MOST_LOOKED_AT: usize = 1000;
+    let mut looked_at = 0;
+    let mut folders = vec![(folder.to_owned(), 0)];
+    let mut next = 0;
+    while let Some((folder, depth)) = folders.get(next).cloned() {
+        next += 1;
+        let entries = std::fs::read_dir(&folder).into_iter().flatten().flatten();
+        let mut entries: Vec<PathBuf> = entries.take(MOST_LOOKED_AT).map(|e| e.path()).collect();
+        entries.sort();
+        for entry in entries {
+            looked_at += 1;
+            if looked_at > MOST_LOOKED_AT {
+                return None;
+            }
+            if entry.is_dir() && depth < 2 {
+                folders.push((entry, depth + 1));
+            } else if depth > 0 && entry.is_file() && begins_as_dicom(&entry) {
+                return Some(folder);
+            }
+        }
+    }
+    None
 }
 
 fn begins_as_dicom(file: &Path) -> bool {

@@ -552,7 +552,7 @@ fn mistakes_are_one_line_that_says_where() {
     assert!(of(&[("a.nhdr", wild)]).contains("files from 1"));
     assert!(of(&[("a.nii", &nifti(|h| h[70] = 99))]).contains("type 99"));
     assert!(of(&[("a.nii", &nifti(|_| {}))]).contains("48 bytes"));
-    assert!(of(&[("a.raw", &bytes)]).contains("`dims`"));
+    assert!(of(&[("a.raw", &bytes)]).contains("a file of samples alone"));
     let unreadable = Path::new("/no/such.mha");
     assert!(matches!(
         read_with(unreadable, &ReadOptions::default()),

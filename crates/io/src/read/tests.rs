@@ -17,6 +17,7 @@ fn read_named(name: &str, bytes: &[u8]) -> Error {
 
 #[test]
 fn unknown_files_are_refused_with_the_formats_that_are_read() {
+    let listed = in_words();
     for (name, bytes, words) in [
         (
             "a.png",
@@ -24,19 +25,42 @@ fn unknown_files_are_refused_with_the_formats_that_are_read() {
             "not a mesh or a grid in a format that is read",
         ),
         ("a.msh", b"hello", "Gmsh"),
-        ("a.case", b"FORMAT", "EnSight"),
         ("a.pvti", b"pieces", "as a .pvti file does"),
         ("a.pvtu", b"pieces", "as a .pvtu file does"),
         ("a.vtu", b"no xml", "does not begin with an XML element"),
         ("a.vtk", b"no vtk", "# vtk DataFile"),
         ("a.html", b"<html></html>", "no <VTKFile> element"),
         ("a.vtu", b"\x1f\x8b\x08", "gzip"),
-        ("a.hdf", b"hello", "not an HDF5 file"),
-        ("a.xdmf", b"hello", "not XML with an <Xdmf> element"),
     ] {
         let error = read_named(name, bytes);
         assert!(error.to_string().contains(words), "{name}: {error}");
-        assert_eq!(error.help().as_deref(), Some(&*in_words()));
+        assert!(
+            !error.to_string().contains(" at "),
+            "of the whole file: {error}"
+        );
+        assert_eq!(error.help().as_deref(), Some(&*listed));
+    }
+    for (name, words, help) in [
+        ("a.case", "EnSight", "save it as .vtu"),
+        ("a.stl", "a surface", "fill it with tetrahedra"),
+        (
+            "a.img",
+            "a file of samples alone",
+            "say what is in it with `dims`",
+        ),
+        ("a.hdf", "not an HDF5 file", "copy or write it again"),
+        (
+            "a.xdmf",
+            "not XML with an <Xdmf> element",
+            "copy or write it again",
+        ),
+    ] {
+        let error = read_named(name, b"hello");
+        assert!(error.to_string().contains(words), "{name}: {error}");
+        assert!(
+            error.help().is_some_and(|text| text.starts_with(help)),
+            "{name}"
+        );
     }
     let error = read_named("a.vtu", b"");
     assert!(error.to_string().contains("the file is empty"), "{error}");

@@ -264,7 +264,7 @@ impl<'a> Parser<'a> {
         }
         let Some(grid) = &self.grid else {
             return Err(self.source.error(
-                "byte 0",
+                "",
                 "there is no element <UnstructuredGrid> or of another grid",
             ));
         };

@@ -174,7 +174,7 @@ fn other_kind(path: &Path) -> Result<Option<String>, Error> {
 fn entries(list: &Source, kind: Kind) -> Result<(Vec<Entry>, Option<Whole>), Error> {
     if list.bytes.len() as u64 > MAX_COLLECTION_BYTES {
         return Err(list.error(
-            "byte 0",
+            "",
             format!("a list of files of more than {MAX_COLLECTION_BYTES} bytes is not read"),
         ));
     }

@@ -74,10 +74,11 @@ fn what_cannot_be_packed_or_drawn_is_refused_with_a_way_out() {
         ("pack sphere -o missing/s.tsc", 1, "missing"),
         ("pack s.tsc -o t.tsc", 3, "in clusters already"),
         (
-            "pack grid.raw --dims 2x2x2 --type u8 -o t.tsc",
-            3,
-            "regular grid",
+            "pack angiography --cells 1000 -o t.tsc",
+            2,
+            "with `tetrascope render`",
         ),
+        ("pack grid.raw --dims 2x2x2 -o t.tsc", 2, "--dims"),
         ("pack sphere --field heat -o t.tsc", 3, "distance"),
         ("pack sphere --cells 99999999999 -o t.tsc", 2, "10000000000"),
         (

@@ -363,7 +363,7 @@ fn what_is_wrong_with_files_of_programs_is_said() {
         ("a.hdr", whole("pair.hdr"), "(.img), which is not there"),
         ("a.nii", with("two.nii", 12, &[99]), "NIfTI type 99"),
         ("a.nii", with("two.nii", 4, b"n+9"), "no NIfTI magic"),
-        ("a.img", whole("pair.img"), "`dims`"),
+        ("a.img", whole("pair.img"), "a file of samples alone"),
     ] {
         let error = read(&[(name, &bytes)]).expect_err(words).to_string();
         assert!(error.contains(words), "{name}: {error} for {words}");

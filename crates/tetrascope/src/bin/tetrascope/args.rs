@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser as _};
+use clap::builder::{PossibleValuesParser, TypedValueParser as _, UnknownArgumentValueParser};
 use clap::{ArgAction, Args, Parser, Subcommand};
 #[cfg(feature = "resample")]
 use tetrascope::core::Bounds;
@@ -229,15 +229,33 @@ pub(crate) struct SceneArgs {
     /// Draw the isosurface of this value, and others if repeated
     #[arg(long, value_name = "VALUE", value_parser = finite, allow_hyphen_values = true)]
     pub(crate) isovalue: Vec<f64>,
+    #[command(flatten)]
+    pub(crate) elsewhere: Elsewhere,
     /// How much light the farthest point loses, 0 to 1
     #[arg(long, value_name = "STRENGTH", value_parser = strength, allow_hyphen_values = true)]
     pub(crate) depth_cue: Option<f64>,
     /// Cut away what is behind the plane through a point with a normal; may be repeated
     #[arg(long, value_name = "X,Y,Z,NX,NY,NZ", value_parser = clip_plane, allow_hyphen_values = true)]
     pub(crate) clip: Vec<ClipPlane>,
-    /// black, white, transparent, #RRGGBB (sRGB), or linear R,G,B or R,G,B,A
+    /// black, white, transparent, #RRGGBB or #RGB (sRGB), or linear R,G,B or R,G,B,A [default: transparent;
+    /// black for models that only add light]
     #[arg(long, value_name = "COLOR", value_parser = background, allow_hyphen_values = true)]
     pub(crate) background: Option<[f32; 4]>,
+}
+
+/// Options that other programs have; each is refused with the one that is meant.
+#[derive(Args)]
+pub(crate) struct Elsewhere {
+    #[arg(long, hide = true, value_parser = UnknownArgumentValueParser::suggest("'--unit-distance LENGTH' is the length over which the color map's opacity counts: half of it is twice as opaque"))]
+    opacity: Option<String>,
+    #[arg(long, hide = true, value_parser = UnknownArgumentValueParser::suggest("a scene file has the transfer function, '--scene FILE'; `tetrascope print-scene` prints one to start from"))]
+    transfer_function: Option<String>,
+    #[arg(long, hide = true, value_parser = UnknownArgumentValueParser::suggest("the picture's size is given as '--size 640x480'"))]
+    width: Option<String>,
+    #[arg(long, hide = true, value_parser = UnknownArgumentValueParser::suggest("the picture's size is given as '--size 640x480'"))]
+    height: Option<String>,
+    #[arg(long, hide = true, aliases = ["iso", "isosurface", "contour"], value_parser = UnknownArgumentValueParser::suggest("a surface is drawn by '--isovalue VALUE'"))]
+    isosurfaces: Option<String>,
 }
 
 #[derive(Args)]
@@ -279,7 +297,7 @@ pub(crate) struct PackArgs {
     #[arg(long, value_name = "SIZE", value_parser = tetrascope::choose::Need::parse_memory, default_value = "1GB", allow_hyphen_values = true)]
     pub(crate) memory: u64,
     #[command(flatten)]
-    pub(crate) options: VolumeArgs,
+    pub(crate) options: SourceArgs,
 }
 
 /// A mesh, and which of its fields.
@@ -438,6 +456,15 @@ pub(crate) struct MachineArgs {
 /// Which volume, beside its name.
 #[derive(Args)]
 pub(crate) struct VolumeArgs {
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+    #[command(flatten)]
+    pub(crate) grid: GridArgs,
+}
+
+/// Which of a file's or a data set's meshes and fields.
+#[derive(Args)]
+pub(crate) struct SourceArgs {
     /// The Plot3D solution of a Plot3D grid [default: found by name]
     #[arg(long, value_name = "FILE")]
     pub(crate) solution: Option<PathBuf>,
@@ -453,15 +480,20 @@ pub(crate) struct VolumeArgs {
     /// How far curved cells may be off, cut into straight ones: in parts of the mesh's diagonal and of the field's range [default: 1e-3, in little memory]
     #[arg(long, value_name = "TOLERANCE", value_parser = tolerance, allow_hyphen_values = true)]
     pub(crate) curved: Option<f64>,
-    /// The scalar between a grid's samples [default: linear; nearest for cell data]
-    #[arg(long, value_name = "HOW", value_parser = interpolations())]
-    pub(crate) interpolation: Option<Interpolation>,
     /// About how many cells a data set should have
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) cells: Option<u64>,
     /// The seed of a random data set
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
+}
+
+/// What a grid's file may leave out, and how its samples are joined.
+#[derive(Args)]
+pub(crate) struct GridArgs {
+    /// The scalar between a grid's samples [default: linear; nearest for cell data]
+    #[arg(long, value_name = "HOW", value_parser = interpolations())]
+    pub(crate) interpolation: Option<Interpolation>,
     /// Samples along each axis of a raw file, x fastest
     #[arg(long, value_name = "NXxNYxNZ", value_parser = dims, help_heading = RAW)]
     pub(crate) dims: Option<[usize; 3]>,
@@ -721,12 +753,20 @@ fn background(text: &str) -> Result<[f32; 4], String> {
     Ok(color)
 }
 
-/// `#RRGGBB`, an opaque sRGB color, to linear RGBA.
+/// `#RRGGBB` or `#RGB`, an opaque sRGB color, to linear RGBA.
 fn hexadecimal(text: &str) -> Option<[f64; 4]> {
-    let digits = text.strip_prefix('#').filter(|d| d.len() == 6)?;
+    let digits = text.strip_prefix('#')?;
+    if !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return None; // also a sign, which numbers may have
+    }
     let value = u32::from_str_radix(digits, 16).ok()?;
-    let byte = |shift: u32| srgb_to_linear(f64::from(value >> shift & 255) / 255.0);
-    Some([byte(16), byte(8), byte(0), 1.0])
+    let bytes = match digits.len() {
+        6 => [value >> 16, value >> 8 & 255, value & 255],
+        3 => [value >> 8, value >> 4 & 15, value & 15].map(|digit| digit * 17),
+        _ => return None,
+    };
+    let [r, g, b] = bytes.map(|byte| srgb_to_linear(f64::from(byte) / 255.0));
+    Some([r, g, b, 1.0])
 }
 
 #[cfg(test)]
@@ -770,7 +810,8 @@ mod tests {
         assert_eq!(background("#ffffff"), Ok([1.0; 4]));
         assert_eq!(background("0.5,0,0"), Ok([0.5, 0.0, 0.0, 1.0]));
         assert_eq!(background("1,1,1,0.25"), Ok([1.0, 1.0, 1.0, 0.25]));
-        for wrong in ["", "#fff", "#gggggg", "red", "1,2"] {
+        assert_eq!(background("#f80"), background("#ff8800"));
+        for wrong in ["", "#ffff", "#+ff", "#gggggg", "red", "1,2"] {
             assert!(background(wrong).is_err(), "{wrong}");
         }
     }

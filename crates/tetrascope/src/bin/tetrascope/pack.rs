@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use serde_json::json;
 use tetrascope::core::Stop as Never;
 use tetrascope::core::clusters::Cut;
+use tetrascope::core::number;
 use tetrascope::io::tsc;
 use tetrascope::volumes;
 
 use crate::args::PackArgs;
 use crate::output::{Output, Stop};
-use crate::scene::{name, source, usage};
+use crate::scene::{mesh_source, name, usage};
 
 pub(crate) fn run(args: &PackArgs, output: &Output) -> Result<(), Stop> {
     let path = match &args.output {
@@ -22,7 +23,7 @@ pub(crate) fn run(args: &PackArgs, output: &Output) -> Result<(), Stop> {
         }
     };
     tsc::check_path(&path)?;
-    let source = source(Some(&args.volume), &args.options)?;
+    let source = mesh_source(Some(&args.volume), &args.options)?;
     volumes::check(&source).map_err(usage)?;
     let what = format!("loading {}", name(&source));
     let (loaded, load) = output
@@ -44,8 +45,9 @@ pub(crate) fn run(args: &PackArgs, output: &Output) -> Result<(), Stop> {
     let (packed, write) = output.timed(&what, || tsc::write_tsc(&path, &*loaded.cells, &limits))?;
     let per_cell = packed.bytes as f64 / packed.cells as f64;
     output.note(format_args!(
-        "  {} tetrahedra in {} clusters, {:.1} bytes each",
-        packed.cells, packed.clusters, per_cell
+        "  {} tetrahedra in {}, {per_cell:.1} bytes each",
+        packed.cells,
+        number::count(packed.clusters, "cluster", "clusters"),
     ));
     if !output.json() {
         return output.written(&path);

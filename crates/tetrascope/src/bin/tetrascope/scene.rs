@@ -11,7 +11,7 @@ use tetrascope::scene::{
 };
 use tetrascope::volumes::{self, Loaded};
 
-use crate::args::{SceneArgs, VolumeArgs};
+use crate::args::{SceneArgs, SourceArgs, VolumeArgs};
 use crate::output::{Output, Stop};
 use crate::series::{self, Steps};
 
@@ -253,6 +253,21 @@ fn with_option(line: &str) -> String {
 
 /// The volume that the command line names, without a scene.
 pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeSource, Error> {
+    let grid = &args.grid;
+    Ok(VolumeSource {
+        interpolation: grid.interpolation,
+        dims: grid.dims,
+        number: grid.number,
+        spacing: grid.spacing,
+        origin: grid.origin,
+        offset: grid.offset,
+        byte_order: grid.byte_order,
+        ..mesh_source(volume, &args.source)?
+    })
+}
+
+/// The same where grids are not meant.
+pub(crate) fn mesh_source(volume: Option<&Path>, args: &SourceArgs) -> Result<VolumeSource, Error> {
     let mut source = VolumeSource {
         solution: args.solution.clone(),
         cells: args.cells,
@@ -261,13 +276,6 @@ pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeS
         step: args.step,
         time: args.time,
         curved: args.curved,
-        interpolation: args.interpolation,
-        dims: args.dims,
-        number: args.number,
-        spacing: args.spacing,
-        origin: args.origin,
-        offset: args.offset,
-        byte_order: args.byte_order,
         ..VolumeSource::default()
     };
     if let Some(volume) = volume {

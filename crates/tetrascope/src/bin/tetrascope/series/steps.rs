@@ -35,7 +35,7 @@ impl Steps {
             && (is_asked || args.output.as_ref().is_some_and(is_numbered))
         {
             let options = &args.scene.options;
-            let times = match (options.step, options.time) {
+            let times = match (options.source.step, options.source.time) {
                 // Reading the file says what is wrong with it.
                 (None, None) => read_steps(file).unwrap_or_default(),
                 _ => Vec::new(),
