@@ -6,6 +6,7 @@
 
 use std::env;
 use std::ffi::OsString;
+use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, ExitStatus, Stdio};
 
@@ -41,8 +42,9 @@ or `cargo xtask test --test snapshots`. The exit status is that of cargo.
                   it may be, or a part of a name that `tetrascope adapters` lists, such as
                   `llvmpipe`; that there is none is then a failure
 
-Then, unless arguments choose what to test, the GPU crates' tests run again on a second
-Vulkan driver, SwiftShader; with CI set, a few of them.
+Unless arguments choose what to test, the libraries' own tests run beside the others, and after
+them the GPU crates' tests again on a second Vulkan driver, SwiftShader; with CI set, a few of
+them. What these print comes last.
 `VK_DRIVER_FILES` set means that you chose a driver: then it is the only one.
 The tests of the Python package need a Python with NumPy and pytest: `TETRASCOPE_PYTHON`, or one
 that is found or installed.
@@ -139,15 +141,68 @@ fn test(rest: &[OsString]) -> ExitCode {
     if let Some(python) = python() {
         tests.env(PYTHON, python);
     }
-    let status = run(tests);
-    match second {
-        Second::Driver(driver) if status.success() => test_on_second_driver(&driver),
-        Second::Missing if status.success() => {
-            say("no second driver: the tests ran on one");
-            ExitCode::SUCCESS
-        }
-        _ => code(status),
+    if !rest.is_empty() {
+        return code(run(tests));
     }
+    tests.args(["--test", "*"]);
+    let mut beside = vec![libraries(&["--lib", "--bins"]), libraries(&["--doc"])];
+    match &second {
+        Second::Driver(driver) => {
+            say("4/4 beside them, running the GPU crates' tests on a second driver");
+            beside.push(on_second_driver(driver));
+        }
+        Second::Missing => say("no second driver: the tests run on one"),
+        Second::NotWanted => {}
+    }
+    let (status, of_libraries) = run_beside(tests, beside);
+    match status.success() {
+        true => code(of_libraries),
+        false => code(status),
+    }
+}
+
+/// Tests in the libraries, which are built.
+fn libraries(of: &[&str]) -> Command {
+    let mut tests = cargo("test");
+    tests.arg("--workspace").args(of);
+    tests
+}
+
+/// Runs a command and, beside it, others one after the other until one fails: many tests keep one core busy, or none
+/// while a browser or a disk works. The others' output comes when all have ended. How the first ended, and the last of
+/// the others that ran.
+fn run_beside(command: Command, others: Vec<Command>) -> (ExitStatus, ExitStatus) {
+    let others = std::thread::spawn(move || {
+        let mut output = Vec::new();
+        let mut last = ExitStatus::default();
+        for command in others {
+            last = collect(command, &mut output).unwrap_or_else(|error| {
+                say(&format!("cannot run the tests beside the others: {error}"));
+                std::process::exit(1)
+            });
+            if !last.success() {
+                break;
+            }
+        }
+        (last, output)
+    });
+    let status = run(command);
+    say("waiting for the tests that run beside these");
+    let (last, output) = others.join().expect("it does not panic");
+    // Whoever closed standard output does not read it.
+    _ = std::io::stdout().lock().write_all(&output);
+    (status, last)
+}
+
+/// Adds what a command prints, on both of its streams in their order, to `output`.
+fn collect(mut command: Command, output: &mut Vec<u8>) -> std::io::Result<ExitStatus> {
+    let (mut reader, writer) = std::io::pipe()?;
+    command.stdin(Stdio::null());
+    command.stdout(writer.try_clone()?).stderr(writer);
+    let mut child = command.spawn()?;
+    drop(command); // its ends of the pipe are ours
+    reader.read_to_end(output)?;
+    child.wait()
 }
 
 /// The adapter behind `--adapter`, and the other arguments; or the mistake, in words.
@@ -247,10 +302,9 @@ fn second_driver() -> Second {
     }
 }
 
-/// Runs the GPU crates' tests on a second Vulkan driver, where there is one: what passes on
+/// The GPU crates' tests on a second Vulkan driver, where there is one: what passes on
 /// one driver may still rely on what Vulkan leaves open.
-fn test_on_second_driver(driver: &str) -> ExitCode {
-    say("4/4 running the GPU crates' tests on a second driver");
+fn on_second_driver(driver: &str) -> Command {
     let is_ci = env::var_os("CI").is_some();
     say(&format!("VK_DRIVER_FILES={driver}"));
     // Of the whole workspace, as they were built: other packages would mean other features.
@@ -261,7 +315,7 @@ fn test_on_second_driver(driver: &str) -> ExitCode {
         true => tests.arg("--").args(SMALL),
         false => tests.arg("--lib"),
     };
-    code(run(tests))
+    tests
 }
 
 /// A command of the `xtask` binary.
