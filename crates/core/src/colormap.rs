@@ -1,10 +1,11 @@
-//! Perceptually uniform color maps, as tables of 256 sRGB entries.
+//! Color maps, as tables of 256 sRGB entries: perceptually uniform ones, a diverging one, and gray.
 
 use glam::DVec3;
 
 /// A named color map. The tables are those published by their authors:
 /// viridis, inferno, magma and plasma by N. Smith and S. van der Walt (CC0),
-/// cividis by J. Nuñez, C. Anderton and R. Renslow, 2018 (CC0).
+/// cividis by J. Nuñez, C. Anderton and R. Renslow, 2018 (CC0). That of coolwarm follows from the ends and the formula
+/// that K. Moreland gives in "Diverging Color Maps for Scientific Visualization", 2009, section 5.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Colormap {
@@ -18,16 +19,22 @@ pub enum Colormap {
     Magma,
     /// Blue through pink to yellow.
     Plasma,
+    /// Blue through light gray to red, ParaView's default: for values on two sides of a middle.
+    Coolwarm,
+    /// Black to white.
+    Gray,
 }
 
 impl Colormap {
     /// Every color map, in the order in which they are offered.
-    pub const ALL: [Colormap; 5] = [
+    pub const ALL: [Colormap; 7] = [
         Colormap::Viridis,
         Colormap::Cividis,
         Colormap::Inferno,
         Colormap::Magma,
         Colormap::Plasma,
+        Colormap::Coolwarm,
+        Colormap::Gray,
     ];
 
     /// The name that people write.
@@ -38,6 +45,8 @@ impl Colormap {
             Colormap::Inferno => "inferno",
             Colormap::Magma => "magma",
             Colormap::Plasma => "plasma",
+            Colormap::Coolwarm => "coolwarm",
+            Colormap::Gray => "gray",
         }
     }
 
@@ -60,6 +69,8 @@ impl Colormap {
             Colormap::Inferno => include_str!("colormap/inferno.hex"),
             Colormap::Magma => include_str!("colormap/magma.hex"),
             Colormap::Plasma => include_str!("colormap/plasma.hex"),
+            Colormap::Coolwarm => include_str!("colormap/coolwarm.hex"),
+            Colormap::Gray => return DVec3::splat(index as f64 / 255.0),
         };
         let byte = |k: usize| {
             let at = 6 * index + 2 * k;
@@ -102,6 +113,9 @@ mod tests {
         assert_eq!(bytes(Colormap::Inferno, 255), [252, 255, 164]);
         assert_eq!(bytes(Colormap::Magma, 255), [252, 253, 191]);
         assert_eq!(bytes(Colormap::Plasma, 0), [13, 8, 135]);
+        assert_eq!(bytes(Colormap::Coolwarm, 0), [59, 76, 192]);
+        assert_eq!(bytes(Colormap::Coolwarm, 255), [180, 4, 38]);
+        assert_eq!(bytes(Colormap::Gray, 128), [128; 3]);
     }
 
     #[test]

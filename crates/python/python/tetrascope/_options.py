@@ -43,7 +43,7 @@ class ColorOptions(TypedDict, total=False):
     """How scalars become light.
 
     cmap
-        A color map: "viridis", "cividis", "inferno", "magma", "plasma"; any of matplotlib's, by
+        A color map: "viridis", "cividis", "inferno", "magma", "plasma", "coolwarm", "gray"; any of matplotlib's, by
         name or object; an array (n, 3) or (n, 4) of sRGB from 0 to 1, whose fourth column is
         opacities. ``colormap`` is the same.
     range

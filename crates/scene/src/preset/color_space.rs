@@ -189,6 +189,8 @@ fn spun([m, s, h]: [f64; 3], unsaturated: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use tetrascope_core::colormap::Colormap;
+
     use super::*;
 
     fn bytes(color: [f64; 3]) -> [i32; 3] {
@@ -248,6 +250,24 @@ mod tests {
             (0..3).all(|i| (quarter[i] - published[i]).abs() <= 2),
             "{quarter:?}"
         );
+    }
+
+    // The two were made apart from each other.
+    #[test]
+    fn the_color_map_coolwarm_is_cool_to_warm() {
+        let [cool, warm] = [[59.0, 76.0, 192.0], [180.0, 4.0, 38.0]].map(|c| c.map(|c| c / 255.0));
+        for i in 0..=255 {
+            let place = f64::from(i) / 255.0;
+            let space = bytes(ColorSpace::Diverging.between(cool, warm, place));
+            let table = bytes(
+                Colormap::Coolwarm
+                    .linear_rgb(place)
+                    .to_array()
+                    .map(linear_to_srgb),
+            );
+            let is_near = (0..3).all(|c| (space[c] - table[c]).abs() <= 1);
+            assert!(is_near, "{i}: {space:?} {table:?}");
+        }
     }
 
     // Lindbloom's numbers for sRGB's red under D65: (53.24, 80.09, 67.20).
