@@ -271,7 +271,7 @@ impl Session<'_> {
     fn draw(&self, volume: &Volume, scene: &Scene, what: &str) -> Result<Vec<Contender>, Error> {
         let mut contenders = Vec::new();
         for &algorithm in &self.plan.algorithms {
-            for &setting in (algorithm.sweep)(scene.appearance.optical_model) {
+            for setting in algorithm.sweep_of(scene.appearance.optical_model, volume.kind()) {
                 self.progress
                     .set_message(format!("{what}: {} {setting}", algorithm.name));
                 let mut contender =

@@ -1,6 +1,8 @@
 //! The description of an algorithm, which needs no device.
 
-use crate::{Appearance, Counter, Error, OpticalModel, Setting, Settings, View, Volume};
+use crate::{
+    Appearance, Counter, Error, OpticalModel, Setting, Settings, View, Volume, VolumeKind,
+};
 
 /// An algorithm: one paper, one crate.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +65,25 @@ pub struct Source {
 }
 
 impl Entry {
+    /// The settings that a comparison tries under an optical model on this kind of volume: those of
+    /// [`Entry::sweep`] but for such as differ in nothing that matters for it.
+    pub fn sweep_of(&self, model: OpticalModel, kind: VolumeKind) -> Vec<&'static str> {
+        let mut seen: Vec<Settings> = Vec::new();
+        let mut sweep = Vec::new();
+        for &setting in (self.sweep)(model) {
+            let settings = Settings::parse(self, setting.split(','));
+            let settings = settings.map(|s| s.that_matter(self, kind));
+            if let Ok(settings) = &settings {
+                if seen.contains(settings) {
+                    continue;
+                }
+                seen.push(settings.clone());
+            }
+            sweep.push(setting);
+        }
+        sweep
+    }
+
     /// Whether others are measured by its pictures.
     pub fn is_truth(&self) -> bool {
         (self.promise)(&Settings::defaults(self)) == Promise::Truth

@@ -95,4 +95,4 @@ pub use settings::{Setting, Settings, Values};
 pub use stop::Stop;
 pub use transfer_function::{Knot, TransferFunction};
 pub use view::View;
-pub use volume::{Bounds, Volume, is_value};
+pub use volume::{Bounds, Volume, VolumeKind, is_value};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{Entry, Error};
+use crate::{Entry, Error, VolumeKind};
 
 /// A quality setting that an algorithm offers.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +15,8 @@ pub struct Setting {
     pub values: Values,
     /// Its value unless it is set; one of `values`.
     pub default: &'static str,
+    /// The one kind of volume for which it changes anything; `None` if it does for all that are drawn.
+    pub only: Option<VolumeKind>,
 }
 
 /// The values that a [`Setting`] takes.
@@ -108,7 +110,21 @@ impl Setting {
             about,
             values,
             default,
+            only: None,
         }
+    }
+
+    /// The same; for other kinds of volume it changes nothing.
+    pub const fn only(self, kind: VolumeKind) -> Setting {
+        Setting {
+            only: Some(kind),
+            ..self
+        }
+    }
+
+    /// Whether it may change anything for this kind of volume.
+    pub fn matters_for(&self, kind: VolumeKind) -> bool {
+        self.only.is_none_or(|only| only == kind)
     }
 
     /// The same, and what it changes.
@@ -188,6 +204,34 @@ impl Settings {
         Settings {
             values: values.map(|s| (s.name, s.default.into())).collect(),
         }
+    }
+
+    /// Those that matter for this kind of volume, which the algorithm must have: where these are equal,
+    /// pictures are.
+    pub fn that_matter(&self, algorithm: &Entry, kind: VolumeKind) -> Settings {
+        let matters = |name: &str| {
+            let setting = algorithm.settings.iter().find(|s| s.name == name);
+            setting.is_some_and(|setting| setting.matters_for(kind))
+        };
+        let values = self.values.iter().filter(|(name, _)| matters(name));
+        Settings {
+            values: values.cloned().collect(),
+        }
+    }
+
+    /// Those that are not at their defaults, and change nothing for this kind of volume all the same: a
+    /// sentence each.
+    pub fn idle(&self, algorithm: &Entry, kind: VolumeKind) -> Vec<String> {
+        let settings = algorithm.settings.iter();
+        let idle = settings.filter_map(|setting| {
+            let only = setting.only.filter(|only| *only != kind)?;
+            let is_set = self.get(setting.name) != setting.default;
+            is_set.then(|| {
+                let name = setting.name;
+                format!("`{name}` is for {}, and changes nothing here", only.name())
+            })
+        });
+        idle.collect()
     }
 
     /// Names and values, in the algorithm's order.

@@ -29,7 +29,39 @@ pub enum Volume {
     Clusters(MeshClusters),
 }
 
+/// The kinds of volume that settings may be for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum VolumeKind {
+    /// Meshes in memory.
+    Mesh,
+    /// Regular grids, in memory or not.
+    Grid,
+    /// Meshes that are read in clusters.
+    Clusters,
+}
+
+impl VolumeKind {
+    /// "meshes in memory", "regular grids", "meshes in clusters".
+    pub fn name(self) -> &'static str {
+        match self {
+            VolumeKind::Mesh => "meshes in memory",
+            VolumeKind::Grid => "regular grids",
+            VolumeKind::Clusters => "meshes in clusters",
+        }
+    }
+}
+
 impl Volume {
+    /// Which kind it is of.
+    pub fn kind(&self) -> VolumeKind {
+        match self {
+            Volume::Mesh(_) => VolumeKind::Mesh,
+            Volume::Grid(_) | Volume::Stream(_) => VolumeKind::Grid,
+            Volume::Clusters(_) => VolumeKind::Clusters,
+        }
+    }
+
     /// The smallest axis-aligned box around everything that can be drawn.
     pub fn bounds(&self) -> Bounds {
         match self {

@@ -1,6 +1,8 @@
 //! The algorithm's entry: its settings, what it draws, how near to the truth.
 
-use tetrascope_core::{Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, Volume};
+use tetrascope_core::{
+    Appearance, Entry, Error, OpticalModel, Promise, Setting, Settings, Volume, VolumeKind,
+};
 
 use crate::options::RaycastCpuOptions;
 use crate::{ABILITIES, NAME};
@@ -17,9 +19,11 @@ pub const ENTRY: Entry = Entry {
         Setting::number("stop-opacity", [0.5, 1.0], "1")
             .about("the opacity at which a ray stops; 1 is exact"),
         Setting::number("tolerance", [1e-7, 0.1], "1e-6")
-            .about("how far one segment's light may be off, relative to the greatest; grids only"),
+            .about("how far one segment's light may be off, relative to the greatest; grids only")
+            .only(VolumeKind::Grid),
         Setting::integer("memory", [16, 1_000_000], "2000")
-            .about("memory for clusters and what rays gather in them, MB; meshes in clusters only"),
+            .about("memory for clusters and what rays gather in them, MB; meshes in clusters only")
+            .only(VolumeKind::Clusters),
     ],
     sweep,
     promise,

@@ -395,16 +395,18 @@ impl<'a> Chooser<'a> {
         let Some(calibration) = self.kept(model, Kind::of(volume)) else {
             return Ok(Vec::new());
         };
-        let considered = candidates(model, effort).into_iter().filter_map(|setup| {
-            let supports = setup.algorithm.supports;
-            supports(volume, appearance, view, &setup.settings).ok()?;
-            Some(Considered {
-                name: setup.name(),
-                expected: calibration.expect(&setup, &sample.features)?,
-                algorithm: setup.algorithm,
-                settings: setup.settings,
-            })
-        });
+        let considered = candidates(model, volume.kind(), effort)
+            .into_iter()
+            .filter_map(|setup| {
+                let supports = setup.algorithm.supports;
+                supports(volume, appearance, view, &setup.settings).ok()?;
+                Some(Considered {
+                    name: setup.name(),
+                    expected: calibration.expect(&setup, &sample.features)?,
+                    algorithm: setup.algorithm,
+                    settings: setup.settings,
+                })
+            });
         Ok(considered.collect())
     }
 
@@ -421,12 +423,14 @@ impl<'a> Chooser<'a> {
         drop(reference);
         let (model, effort) = (appearance.optical_model, self.effort);
         let calibration = self.calibration(model, kind)?;
-        let drawn = candidates(model, effort).into_iter().filter_map(|setup| {
-            let supports = setup.algorithm.supports;
-            supports(volume, appearance, view, &setup.settings).ok()?;
-            let expected = calibration.expect(&setup, &sample.features)?;
-            Some((setup, expected))
-        });
+        let drawn = candidates(model, volume.kind(), effort)
+            .into_iter()
+            .filter_map(|setup| {
+                let supports = setup.algorithm.supports;
+                supports(volume, appearance, view, &setup.settings).ok()?;
+                let expected = calibration.expect(&setup, &sample.features)?;
+                Some((setup, expected))
+            });
         let options = drawn.collect();
         Ok((sample, options))
     }

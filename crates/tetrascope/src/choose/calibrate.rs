@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use tetrascope_core::colormap::Colormap;
-use tetrascope_core::{Error, Frame, OpticalModel, Volume};
+use tetrascope_core::{Error, Frame, OpticalModel, Volume, VolumeKind};
 use tetrascope_datasets as datasets;
 use tetrascope_reference::{Reference, ReferenceOptions};
 use tetrascope_scene::{Scene, SceneFile, VolumeSource};
@@ -55,6 +55,14 @@ impl Kind {
         match volume {
             Volume::Grid(_) => Kind::Grid,
             _ => Kind::Mesh,
+        }
+    }
+
+    /// The kind of the volumes that are measured for it.
+    fn of_volumes(self) -> VolumeKind {
+        match self {
+            Kind::Mesh => VolumeKind::Mesh,
+            Kind::Grid => VolumeKind::Grid,
         }
     }
 }
@@ -221,7 +229,7 @@ impl Calibration {
         context: &Context,
         say: &dyn Fn(&str),
     ) -> Result<(), Error> {
-        let setups = candidates(self.model, self.effort);
+        let setups = candidates(self.model, self.kind.of_volumes(), self.effort);
         let specs = specs(self.kind, self.effort);
         let number = self.scenes.len();
         let Some(spec) = specs.get(number) else {
@@ -407,7 +415,8 @@ pub(super) mod tests {
     #[test]
     fn the_scene_that_was_measured_takes_what_it_took() {
         let calibration = made_up();
-        let setups = candidates(OpticalModel::EmissionAbsorption, Effort::Full);
+        let model = OpticalModel::EmissionAbsorption;
+        let setups = candidates(model, VolumeKind::Mesh, Effort::Full);
         let features = &calibration.scenes[0];
         let expected = calibration.expect(&setups[0], features).expect("measured");
         assert!((expected.seconds - 0.25).abs() < 1e-9 && (expected.bytes - 1e6).abs() < 1.0);
@@ -421,7 +430,8 @@ pub(super) mod tests {
     fn a_scene_that_is_not_there_is_nothing_measured() {
         let mut calibration = made_up();
         calibration.measured[0].scene = 9;
-        let setups = candidates(OpticalModel::EmissionAbsorption, Effort::Quick);
+        let model = OpticalModel::EmissionAbsorption;
+        let setups = candidates(model, VolumeKind::Mesh, Effort::Quick);
         assert_eq!(calibration.expect(&setups[0], &calibration.scenes[0]), None);
     }
 }

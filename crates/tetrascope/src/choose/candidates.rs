@@ -1,6 +1,6 @@
 //! All that can be chosen: each algorithm with its defaults, and with what its entry has compared.
 
-use tetrascope_core::OpticalModel;
+use tetrascope_core::{OpticalModel, VolumeKind};
 
 use super::Effort;
 use crate::{Algorithm, Settings, algorithms};
@@ -24,8 +24,8 @@ impl Setup {
     }
 }
 
-/// The candidates under an optical model, those with the same settings once.
-pub(crate) fn candidates(model: OpticalModel, effort: Effort) -> Vec<Setup> {
+/// The candidates under an optical model for a kind of volume, those whose settings come to the same there once.
+pub(crate) fn candidates(model: OpticalModel, kind: VolumeKind, effort: Effort) -> Vec<Setup> {
     let mut setups: Vec<Setup> = Vec::new();
     for algorithm in algorithms() {
         let sweep: &[&str] = match effort {
@@ -35,7 +35,10 @@ pub(crate) fn candidates(model: OpticalModel, effort: Effort) -> Vec<Setup> {
         for setting in [""].into_iter().chain(sweep.iter().copied()) {
             let settings = Settings::parse(algorithm, setting.split(','));
             let settings = settings.expect("a test parses every sweep");
-            let same = |s: &Setup| s.algorithm.name == algorithm.name && s.settings == settings;
+            let matter = |settings: &Settings| settings.that_matter(algorithm, kind);
+            let same = |s: &Setup| {
+                s.algorithm.name == algorithm.name && matter(&s.settings) == matter(&settings)
+            };
             if !setups.iter().any(same) {
                 setups.push(Setup {
                     algorithm,
@@ -55,22 +58,37 @@ mod tests {
     #[test]
     fn every_setting_of_a_sweep_is_there_once() {
         for model in OpticalModel::ALL {
-            let setups = candidates(model, Effort::Full);
-            for algorithm in algorithms() {
-                let of = setups.iter().filter(|s| s.algorithm.name == algorithm.name);
-                let of: Vec<&Settings> = of.map(|setup| &setup.settings).collect();
-                assert!(of.contains(&&Settings::defaults(algorithm)));
-                for setting in (algorithm.sweep)(model) {
-                    let settings = Settings::parse(algorithm, setting.split(',')).expect("valid");
-                    assert_eq!(
-                        of.iter().filter(|s| ***s == settings).count(),
-                        1,
-                        "{setting}"
-                    );
+            for kind in [VolumeKind::Mesh, VolumeKind::Grid] {
+                let setups = candidates(model, kind, Effort::Full);
+                for algorithm in algorithms() {
+                    let of = setups.iter().filter(|s| s.algorithm.name == algorithm.name);
+                    let of: Vec<&Settings> = of.map(|setup| &setup.settings).collect();
+                    assert!(of.contains(&&Settings::defaults(algorithm)));
+                    let matter = |settings: &Settings| settings.that_matter(algorithm, kind);
+                    for setting in (algorithm.sweep)(model) {
+                        let settings = Settings::parse(algorithm, setting.split(','));
+                        let wanted = matter(&settings.expect("valid"));
+                        let same = of.iter().filter(|s| matter(s) == wanted);
+                        assert_eq!(same.count(), 1, "{setting}");
+                    }
+                    let once = algorithm.sweep_of(model, kind).len();
+                    assert!(of.len() == once || of.len() == once + 1);
                 }
+                let few = candidates(model, kind, Effort::Quick);
+                assert_eq!(few.len(), algorithms().len());
             }
-            let few = candidates(model, Effort::Quick);
-            assert_eq!(few.len(), algorithms().len());
         }
+    }
+
+    // The tolerance of its segments is that of grids.
+    #[test]
+    fn a_setting_for_grids_is_nothing_to_choose_for_meshes() {
+        let count = |kind| {
+            let setups = candidates(OpticalModel::EmissionAbsorption, kind, Effort::Full);
+            let of_grids = setups.iter().filter(|s| s.setting.contains("tolerance"));
+            of_grids.count()
+        };
+        assert_eq!(count(VolumeKind::Mesh), 0);
+        assert!(count(VolumeKind::Grid) > 0);
     }
 }

@@ -422,3 +422,17 @@ fn help_documents_the_exit_codes() {
         folder.run("render --help").succeeded().stdout
     );
 }
+
+// Nothing that is asked for is passed over in silence.
+#[test]
+fn a_setting_that_changes_nothing_is_said() {
+    let folder = Folder::new();
+    let line = "render sphere --cells 100 --size 8 --set tolerance=0.1";
+    let stderr = folder.run(line).succeeded().stderr;
+    assert!(
+        stderr.contains("`tolerance` is for regular grids, and changes nothing here"),
+        "{stderr}"
+    );
+    let shown = stderr.lines().find(|line| line.starts_with("preparing"));
+    assert_eq!(shown, Some("preparing raycast-cpu stop-opacity=1"));
+}

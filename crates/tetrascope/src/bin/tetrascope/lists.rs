@@ -83,6 +83,7 @@ fn algorithm_text(algorithm: &Algorithm) -> String {
             about,
             values,
             default,
+            .. // `about` says for what it is
         } = setting;
         lines.push(format!("    {name}: {about}"));
         lines.push(format!("      {values} [default: {default}]"));

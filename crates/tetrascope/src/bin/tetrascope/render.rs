@@ -177,7 +177,11 @@ fn draw_by(
         Some(progress) => Context::new().with_progress(progress),
         None => Context::new(),
     };
-    let what = format!("preparing {} {settings}", algorithm.name);
+    for line in settings.idle(algorithm, volume.kind()) {
+        output.note(format_args!("  {line}"));
+    }
+    let shown = settings.that_matter(algorithm, volume.kind());
+    let what = format!("preparing {} {shown}", algorithm.name);
     let (renderer, prepare) = output.timed(what.trim_end(), || {
         (algorithm.build)(&context, volume, &scene.appearance, &settings)
     })?;
