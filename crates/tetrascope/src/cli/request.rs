@@ -1,60 +1,38 @@
-//! The scene that options and scene file ask for, and `print-scene`.
+//! The scene that options and scene file ask for.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use tetrascope::core::appearance::MAX_CLIP_PLANES;
-use tetrascope::core::{Error, OpticalModel, Volume};
-use tetrascope::datasets;
-use tetrascope::scene::{
+use tetrascope_core::appearance::MAX_CLIP_PLANES;
+use tetrascope_core::{Error, OpticalModel, Volume};
+use tetrascope_scene::{
     CameraSpec, IsosurfaceSpec, ProjectionKind, Scene, SceneFile, VolumeSource, nearest,
 };
-use tetrascope::volumes::{self, Loaded};
 
-use crate::args::{SceneArgs, VolumeArgs};
-use crate::output::{Output, Stop};
-use crate::series::{self, Steps};
+use super::{Output, SceneArgs, VolumeArgs};
+use crate::datasets;
+use crate::volumes::{self, Loaded};
 
 /// A scene that is asked for, before its volume is there.
 #[derive(Clone)]
-pub(crate) struct Request {
+pub struct Request {
     /// The scene file or that of the data set, changed by the options.
-    pub(crate) file: SceneFile,
+    pub file: SceneFile,
     /// The scene file, if there is one: errors name it.
     origin: Option<PathBuf>,
     /// The parts that options replaced, one line each.
     notes: Vec<String>,
 }
 
-/// Prints the complete scene.
-pub(crate) fn run(args: &SceneArgs, output: &Output) -> Result<(), Stop> {
-    let scene = match Steps::find(&args.volume)? {
-        Some(steps) => {
-            let request = Request::new(args, Some(&steps.first().file))?;
-            series::Common::find(&request, &steps, output)?.scene
-        }
-        None => {
-            let request = Request::new(args, args.volume.first())?;
-            let (loaded, _) = request.load(output)?;
-            request.resolve(&loaded.volume, output)?
-        }
-    };
-    if output.json() {
-        let value = serde_json::to_value(scene.to_file()).expect("a scene is JSON");
-        return output.json_result(&value);
-    }
-    output.result(scene.to_toml().trim_end())
-}
-
 impl Request {
     /// Reads the scene file, if any, and applies the options and the `volume` that is named
     /// beside it.
-    pub(crate) fn new(args: &SceneArgs, volume: Option<&PathBuf>) -> Result<Request, Error> {
+    pub fn new(args: &SceneArgs, volume: Option<&PathBuf>) -> Result<Request, Error> {
         Request::of(args, volume, args.scene.as_deref())
     }
 
     /// The same for another scene file, or none.
-    pub(crate) fn of(
+    pub fn of(
         args: &SceneArgs,
         volume: Option<&PathBuf>,
         scene: Option<&Path>,
@@ -136,7 +114,7 @@ impl Request {
     }
 
     /// Loads the volume; prints what was found out. Gives the seconds too.
-    pub(crate) fn load(&self, output: &Output) -> Result<(Loaded, f64), Error> {
+    pub fn load(&self, output: &Output) -> Result<(Loaded, f64), Error> {
         let source = &self.file.volume;
         let (loaded, seconds) = output
             .timed(&format!("loading {}", name(source)), || {
@@ -155,7 +133,7 @@ impl Request {
     }
 
     /// Completes the scene for `volume`; prints what was chosen.
-    pub(crate) fn resolve(&self, volume: &Volume, output: &Output) -> Result<Scene, Error> {
+    pub fn resolve(&self, volume: &Volume, output: &Output) -> Result<Scene, Error> {
         let scene = self.complete(self.file.resolve(volume))?;
         for line in &scene.defaults {
             output.note(format_args!("  {line}"));
@@ -164,7 +142,7 @@ impl Request {
     }
 
     /// The outcome of completing this scene, in words of the command line.
-    pub(crate) fn complete(&self, scene: Result<Scene, Error>) -> Result<Scene, Error> {
+    pub fn complete(&self, scene: Result<Scene, Error>) -> Result<Scene, Error> {
         let mut scene = scene.map_err(|error| self.in_scene(error))?;
         for line in &mut scene.defaults {
             *line = with_option(line);
@@ -174,14 +152,13 @@ impl Request {
     }
 
     /// A result that comes from what is asked for, in words of the command line.
-    #[cfg(feature = "view")]
-    pub(crate) fn in_words<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
+    pub fn in_words<T>(&self, result: Result<T, Error>) -> Result<T, Error> {
         result.map_err(|error| self.in_scene(error))
     }
 
     /// The picture's name unless the user says: the scene's, the file's or
     /// the data set's name, without folder and extension.
-    pub(crate) fn stem(&self) -> OsString {
+    pub fn stem(&self) -> OsString {
         let source = &self.file.volume;
         let file = self.origin.as_deref().or(source.file.as_deref());
         match (file.and_then(Path::file_stem), &source.dataset) {
@@ -205,7 +182,7 @@ impl Request {
             return error;
         };
         let file = path.display().to_string();
-        let help = tetrascope::help(&error);
+        let help = crate::help(&error);
         match error {
             Error::Invalid { what, help } => Error::Scene {
                 at: file,
@@ -229,7 +206,7 @@ impl Request {
 }
 
 /// An error in what the command line says.
-pub(crate) fn usage(error: Error) -> Error {
+pub fn usage(error: Error) -> Error {
     match error {
         Error::Invalid { what, help } => Error::Usage { what, help },
         other => other,
@@ -252,7 +229,7 @@ fn with_option(line: &str) -> String {
 }
 
 /// The volume that the command line names, without a scene.
-pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeSource, Error> {
+pub fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeSource, Error> {
     let mut source = VolumeSource {
         solution: args.solution.clone(),
         cells: args.cells,
@@ -278,7 +255,7 @@ pub(crate) fn source(volume: Option<&Path>, args: &VolumeArgs) -> Result<VolumeS
 }
 
 /// The file or data set that a word on the command line names.
-pub(crate) fn volume(volume: &Path) -> Result<VolumeSource, Error> {
+pub fn volume(volume: &Path) -> Result<VolumeSource, Error> {
     let mut source = VolumeSource::default();
     let name = volume.to_string_lossy();
     let names: Vec<&str> = datasets::all().iter().map(|dataset| dataset.name).collect();
@@ -325,7 +302,8 @@ fn merge(source: &mut VolumeSource, given: VolumeSource) {
     source.byte_order = given.byte_order.or(source.byte_order);
 }
 
-pub(crate) fn name(source: &VolumeSource) -> String {
+/// The file or the data set of a source, in words.
+pub fn name(source: &VolumeSource) -> String {
     match (&source.file, &source.dataset) {
         (Some(file), _) => file.display().to_string(),
         (None, Some(dataset)) => format!("data set {dataset}"),
