@@ -75,7 +75,10 @@ pub fn agree<T>(ranks: &impl Communicator, result: Result<T, Error>) -> Result<T
     let failed = all.iter().position(|bytes| !bytes.is_empty());
     match (failed, result) {
         (None, Ok(value)) => Ok(value),
-        (Some(rank), _) => Err(Failure::decode(rank, size, &all[rank])),
+        (Some(rank), _) => Err(Failure {
+            everywhere: all.iter().all(|bytes| *bytes == all[rank]),
+            ..Failure::decode(rank, size, &all[rank])
+        }),
         (None, Err(error)) => Err(Failure::new(rank, size, &error)),
     }
 }
@@ -149,6 +152,7 @@ mod tests {
             for heard in found {
                 let failure = heard.expect_err("a rank failed");
                 assert_eq!((failure.rank, failure.ranks), (first, size));
+                assert_eq!(failure.everywhere, size == 1);
                 assert_eq!(failure.kind, tetrascope_core::ErrorKind::Input);
                 assert_eq!(failure.message, format!("piece_{first}.vtu is bad"));
                 assert_eq!(failure.help.as_deref(), Some("write it again"));

@@ -11,6 +11,8 @@ pub struct Failure {
     pub rank: usize,
     /// How many ranks there are.
     pub ranks: usize,
+    /// Whether all ranks failed alike, so that it is not about one of them.
+    pub everywhere: bool,
     /// Who has to act on it.
     pub kind: ErrorKind,
     /// What failed and where, in one line.
@@ -32,6 +34,7 @@ impl Failure {
         Failure {
             rank,
             ranks,
+            everywhere: ranks == 1,
             kind: error.kind(),
             message: error.to_string(),
             help: error.help(),
@@ -43,6 +46,7 @@ impl Failure {
         Failure {
             rank,
             ranks,
+            everywhere: ranks == 1,
             kind: ErrorKind::Failure,
             message: "the rank ended before the picture was complete".into(),
             help: None,
@@ -67,6 +71,7 @@ impl Failure {
         Failure {
             rank,
             ranks,
+            everywhere: ranks == 1,
             kind: KINDS[usize::from(bytes[0])],
             message: text(message),
             help: (!help.is_empty()).then(|| text(help)),
@@ -82,9 +87,9 @@ impl fmt::Display for Failure {
             message,
             ..
         } = self;
-        match ranks {
-            1 => write!(f, "{message}"),
-            _ => write!(f, "rank {rank} of {ranks}: {message}"),
+        match self.everywhere {
+            true => write!(f, "{message}"),
+            false => write!(f, "rank {rank} of {ranks}: {message}"),
         }
     }
 }

@@ -5,11 +5,13 @@
 //! Image-Compositing Applications", 2009, for radix-k; A. Sahistan et al., "Scalable Visualization of Large-Scale
 //! Unstructured Meshes on GPUs", 2022, for parts that are not convex.
 //!
-//! 1. [`partition`] spreads pieces over ranks by their bytes; [`part`] is what a rank then has of a mesh.
+//! 1. [`partition`] spreads pieces over ranks by their bytes; [`part`] is what a rank then has of a mesh, and [`pieces`] reads
+//!    it from files.
 //! 2. [`communicator`] is how ranks talk: [`threads`] in one process, `mpi` (feature `mpi`) between many; [`collective`]
 //!    gathers and agrees, and [`failure`] is what all hear if one fails.
 //! 3. [`renderer`] draws: each rank casts rays through its part with `tetrascope-raycast-cpu`; [`exchange`] hands
 //!    each rank the tiles of the picture that it owns, `message` says in which bytes, and rank 0 gathers the pixels.
+//! 4. [`model`] predicts what many ranks take, from measures of few.
 //!
 //! # What is exchanged
 //! A ray gathers a *run* in each stretch of a part: light, transmittance, and where it begins and ends. Compositing is
@@ -25,8 +27,12 @@ pub mod communicator;
 pub mod exchange;
 pub mod failure;
 mod message;
+pub mod model;
+#[cfg(feature = "mpi")]
+pub mod mpi;
 pub mod part;
 pub mod partition;
+pub mod pieces;
 pub mod renderer;
 pub mod threads;
 
