@@ -46,6 +46,7 @@ Vulkan driver, SwiftShader; with CI set, a few of them.
 `VK_DRIVER_FILES` set means that you chose a driver: then it is the only one.
 The tests of the Python package need a Python with NumPy and pytest: `TETRASCOPE_PYTHON`, or one
 that is found or installed.
+`tetrascope-mpi` is tested, unless arguments choose what to test, where an MPI is found or installed.
 
 Without an adapter, tests that need one say that they are skipped; with the
 environment variable CI set, a missing adapter or second driver is a failure.";
@@ -139,7 +140,17 @@ fn test(rest: &[OsString]) -> ExitCode {
     if let Some(python) = python() {
         tests.env(PYTHON, python);
     }
-    let status = run(tests);
+    let mut status = run(tests);
+    if status.success() && rest.is_empty() {
+        match mpi() {
+            true => status = run(tests_of_mpi()),
+            false if env::var_os("CI").is_some() => {
+                say("CI is set, so a missing MPI is a failure");
+                return ExitCode::FAILURE;
+            }
+            false => say("no MPI: the tests of tetrascope-mpi are skipped"),
+        }
+    }
     match second {
         Second::Driver(driver) if status.success() => test_on_second_driver(&driver),
         Second::Missing if status.success() => {
@@ -232,6 +243,23 @@ fn python() -> Option<String> {
         .output();
     let found = found.ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&found.stdout).trim().to_owned())
+}
+
+/// Finds or installs an MPI; whether there is one.
+fn mpi() -> bool {
+    let found = harness(&["setup", "--mpi"])
+        .stderr(Stdio::inherit())
+        .output();
+    found.is_ok_and(|output| output.status.success())
+}
+
+/// The tests of ranks that are processes: of the whole workspace, so that what is built stays so.
+fn tests_of_mpi() -> Command {
+    say("running the tests of tetrascope-mpi");
+    let mut tests = cargo("test");
+    tests.args(["--workspace", "--features", "tetrascope-cluster/mpi"]);
+    tests.args(["--test", "mpirun", "--bin", "tetrascope-mpi"]);
+    tests
 }
 
 /// Finds or installs SwiftShader.
