@@ -48,6 +48,7 @@ them. What these print comes last.
 `VK_DRIVER_FILES` set means that you chose a driver: then it is the only one.
 The tests of the Python package need a Python with NumPy and pytest: `TETRASCOPE_PYTHON`, or one
 that is found or installed.
+`tetrascope-mpi` is tested, unless arguments choose what to test, where an MPI is found or installed.
 
 Without an adapter, tests that need one say that they are skipped; with the
 environment variable CI set, a missing adapter or second driver is a failure.";
@@ -153,6 +154,10 @@ fn test(rest: &[OsString]) -> ExitCode {
         }
         Second::Missing => say("no second driver: the tests run on one"),
         Second::NotWanted => {}
+    }
+    match mpi() {
+        true => beside.push(tests_of_mpi()),
+        false => say("no MPI: the tests of tetrascope-mpi are skipped"),
     }
     let (status, of_libraries) = run_beside(tests, beside);
     match status.success() {
@@ -287,6 +292,22 @@ fn python() -> Option<String> {
         .output();
     let found = found.ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&found.stdout).trim().to_owned())
+}
+
+/// Finds or installs an MPI; whether there is one.
+fn mpi() -> bool {
+    let found = harness(&["setup", "--mpi"])
+        .stderr(Stdio::inherit())
+        .output();
+    found.is_ok_and(|output| output.status.success())
+}
+
+/// The tests of ranks that are processes: of the whole workspace, so that what is built stays so.
+fn tests_of_mpi() -> Command {
+    let mut tests = cargo("test");
+    tests.args(["--workspace", "--features", "tetrascope-cluster/mpi"]);
+    tests.args(["--test", "mpirun", "--bin", "tetrascope-mpi"]);
+    tests
 }
 
 /// Finds or installs SwiftShader.

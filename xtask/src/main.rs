@@ -33,6 +33,9 @@ enum Task {
         /// Find or install a Python with NumPy and pytest for the tests; print its path
         #[arg(long, conflicts_with = "second_driver")]
         python: bool,
+        /// Find or install an MPI for the tests of `tetrascope-mpi`; print the path of its mpirun
+        #[arg(long, conflicts_with_all = ["second_driver", "python"])]
+        mpi: bool,
     },
     /// Draw scenes with every algorithm: error against time
     Compare(compare::Options),
@@ -78,9 +81,11 @@ fn main() -> ExitCode {
         Task::Setup {
             second_driver,
             python,
-        } if second_driver || python => match match python {
-            true => setup::python(),
-            false => setup::second_driver(),
+            mpi,
+        } if second_driver || python || mpi => match match (python, mpi) {
+            (true, _) => setup::python(),
+            (_, true) => setup::mpi(),
+            _ => setup::second_driver(),
         } {
             Ok(file) => finish(print(&format!("{}\n", file.display())).map(|()| ExitCode::SUCCESS)),
             Err(reason) => {

@@ -84,12 +84,7 @@ const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "c
 /// # Errors
 /// That there is none, in words.
 pub fn browser() -> Result<PathBuf, String> {
-    let folders = env::var_os("PATH").unwrap_or_default();
-    let named = |name: &str| {
-        let mut places = env::split_paths(&folders);
-        places.find_map(|folder| Some(folder.join(name)).filter(|path| path.is_file()))
-    };
-    BROWSERS.into_iter().find_map(named).ok_or_else(|| {
+    BROWSERS.into_iter().find_map(in_path).ok_or_else(|| {
         format!("there is no Chromium; on Debian it is the package `{SECOND_PACKAGE}`")
     })
 }
@@ -151,6 +146,66 @@ pub fn python() -> Result<PathBuf, String> {
     find().ok_or_else(|| {
         "to test the Python package, install Python 3.10 or later with NumPy and pytest".into()
     })
+}
+
+/// Debian's packages of an MPI, and of the library of Clang by which its bindings are made.
+const MPI_PACKAGES: [&str; 3] = ["libopenmpi-dev", "openmpi-bin", "libclang-dev"];
+
+/// The `mpirun` that starts programs with many ranks, where they can be built, too; installs Open MPI under the conditions
+/// of [`setup`].
+///
+/// # Errors
+/// Why there is none, in words.
+pub fn mpi() -> Result<PathBuf, String> {
+    let find = || {
+        let mpirun = in_path("mpirun").filter(|_| in_path("mpicc").is_some())?;
+        has_libclang().then_some(mpirun)
+    };
+    if let Some(found) = find() {
+        return Ok(found);
+    }
+    let by_hand = format!(
+        "to test ranks that are processes, install the packages {}",
+        MPI_PACKAGES.join(", ")
+    );
+    if !is_debian() {
+        return Err(by_hand);
+    }
+    let prefix = root_prefix().ok_or(by_hand.as_str())?;
+    eprintln!(
+        "no MPI to build with: installing {}",
+        MPI_PACKAGES.join(", ")
+    );
+    if !install(&prefix, &MPI_PACKAGES) {
+        return Err(by_hand);
+    }
+    find().ok_or_else(|| format!("the packages {} brought no MPI", MPI_PACKAGES.join(", ")))
+}
+
+/// Whether bindings to C can be made: by the library that a variable names, or the one in its place.
+fn has_libclang() -> bool {
+    if env::var_os("LIBCLANG_PATH").is_some() {
+        return true;
+    }
+    let llvm = std::fs::read_dir("/usr/lib")
+        .into_iter()
+        .flatten()
+        .flatten();
+    let mut folders = llvm.map(|entry| entry.path().join("lib"));
+    folders.any(|folder| {
+        let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let names = files.map(|file| file.file_name().to_string_lossy().into_owned());
+        names
+            .into_iter()
+            .any(|name| name.starts_with("libclang") && name.contains(".so"))
+    })
+}
+
+/// A program by its name.
+fn in_path(name: &str) -> Option<PathBuf> {
+    let folders = env::var_os("PATH").unwrap_or_default();
+    let mut places = env::split_paths(&folders);
+    places.find_map(|folder| Some(folder.join(name)).filter(|path| path.is_file()))
 }
 
 /// Installs Debian packages and says so; whether that worked.

@@ -7,7 +7,7 @@ use serde_json::Value;
 /// Packages by their names without `tetrascope-`: what each may be built with, and what its
 /// tests and benchmarks may use beside that. A rule for a package that does not exist yet
 /// harms nobody.
-const RULES: [(&str, &[&str], &[&str]); 20] = [
+const RULES: [(&str, &[&str], &[&str]); 21] = [
     ("core", &[], &[]),
     ("shaders", &[], &[]),
     ("f32", &["core"], &["shaders", "testing"]),
@@ -42,6 +42,12 @@ const RULES: [(&str, &[&str], &[&str]); 20] = [
         &[],
     ),
     ("tetrascope", LIBRARIES, &[]),
+    // Its program, which is built on demand, has the command line of the facade.
+    (
+        "cluster",
+        &["core", "f32", "io", "raycast-cpu", "tetrascope"],
+        &["testing"],
+    ),
     ("xtask", &["benches", "tetrascope", "testing"], &[]),
     ("benches", &["tetrascope"], &["testing"]),
     ("fuzz", &["tetrascope"], &[]),
@@ -139,6 +145,35 @@ fn who_does_not_want_the_viewer_compiles_no_server() {
         let found: Vec<_> = SERVER.iter().filter(|name| has(&compiled, name)).collect();
         assert!(found.is_empty(), "{features} compiles {found:?}");
     }
+}
+
+#[test]
+fn nobody_needs_mpi_unless_it_is_asked_for() {
+    let package = ["--package", "tetrascope-cluster"];
+    let compiled = listed(&package);
+    assert!(has(&compiled, "tetrascope-raycast-cpu"), "{compiled:?}");
+    assert!(
+        !has(&compiled, "mpi") && !has(&compiled, "clap"),
+        "{compiled:?}"
+    );
+    let with_mpi = listed(&[&package[..], &["--features", "mpi"]].concat());
+    assert!(
+        has(&with_mpi, "mpi") && has(&with_mpi, "clap"),
+        "{with_mpi:?}"
+    );
+    // It alone is not among the packages that are built without being named.
+    let metadata = cargo(&["metadata", "--no-deps", "--format-version", "1"]);
+    let metadata: Value = serde_json::from_str(&metadata).expect("cargo writes JSON");
+    let names = |key: &str| -> Vec<String> {
+        let list = metadata[key].as_array().expect("a list").iter();
+        list.map(|id| id.as_str().expect("an id").to_owned())
+            .collect()
+    };
+    let built = names("workspace_default_members");
+    let mut others = names("workspace_members");
+    others.retain(|id| !built.contains(id));
+    assert_eq!(others.len(), 1, "{others:?}");
+    assert!(others[0].contains("/cluster#"), "{others:?}");
 }
 
 fn has(packages: &[String], name: &str) -> bool {

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use tetrascope_core::Error;
 
 use crate::source::{KEEP_TOGETHER, Source, beside, count, open_file};
+use crate::steps::{self, StepChoice};
 
 /// A step of a series.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +62,48 @@ pub fn read_collection(path: &Path) -> Result<Vec<Step>, Error> {
         _ => series::parse(&source)?,
     };
     steps(path, entries)
+}
+
+/// The files of one time of a `.pvd` file, which may be several: the parts of a step. Gives the times, too, and which of
+/// them was chosen: the first without a choice.
+///
+/// # Errors
+/// As [`read_collection`], but for several files of one time and for files that list others; [`Error::Invalid`] for
+/// a step that is not there.
+pub(crate) fn parts_of_step(
+    path: &Path,
+    choice: Option<StepChoice>,
+) -> Result<(Vec<PathBuf>, Vec<f64>, usize), Error> {
+    let mut entries = pvd::parse(read(path)?)?;
+    let time = |entry: &Entry| entry.time.unwrap_or(0.0);
+    entries.sort_by(|a, b| time(a).total_cmp(&time(b)));
+    let mut times: Vec<f64> = entries.iter().map(time).collect();
+    times.dedup();
+    let number = steps::choose(path, choice, &times)?.unwrap_or(0);
+    let chosen = times.get(number).copied();
+    entries.retain(|entry| Some(time(entry)) == chosen);
+    // One file for each time, and so each by itself is checked as a collection is.
+    let mut files = Vec::new();
+    let mut known = HashSet::new();
+    for entry in entries {
+        if !known.insert(entry.name.clone()) {
+            return Err(Error::Format {
+                path: path.to_owned(),
+                at: entry.at,
+                what: format!("'{}' is listed twice", entry.name),
+                help: Some("each file is one part of a step".into()),
+            });
+        }
+        files.extend(
+            self::steps(path, vec![entry])?
+                .into_iter()
+                .map(|step| step.file),
+        );
+    }
+    match files.is_empty() {
+        true => self::steps(path, Vec::new()).map(|_| (files, times, number)),
+        false => Ok((files, times, number)),
+    }
 }
 
 /// The whole file, to a bound.

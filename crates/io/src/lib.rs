@@ -118,6 +118,7 @@ pub mod grid;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 pub mod image;
+pub mod lists;
 mod mesh_data;
 mod pieces;
 pub mod plot3d;

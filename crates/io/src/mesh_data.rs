@@ -60,6 +60,20 @@ pub struct MeshField {
     part: Part,
 }
 
+impl MeshField {
+    /// A field of which only this is known: it has no values.
+    pub(crate) fn described(field: &crate::lists::PieceField) -> MeshField {
+        MeshField {
+            name: field.name.clone(),
+            association: field.association,
+            range: field.range,
+            missing: 0,
+            array: 0,
+            part: Part::Component(0),
+        }
+    }
+}
+
 impl MeshData {
     /// Each field as "density [0.19, 4.98] (point)".
     ///
@@ -425,6 +439,19 @@ impl MeshData {
     /// (vtkDataSetAttributes: DUPLICATECELL 1, HIDDENCELL 32, HIDDENPOINT 2).
     /// Each array of `ghosts` has one value a point or a cell.
     pub(crate) fn remove_ghosts(&mut self, path: &Path, ghosts: &[Array]) -> Result<(), Error> {
+        self.remove_all_ghosts(ghosts)?;
+        if self.cells.types.is_empty() {
+            return Err(format_error(
+                path,
+                "the ghost array",
+                "every cell is marked as duplicate or hidden",
+            ));
+        }
+        Ok(())
+    }
+
+    /// As [`MeshData::remove_ghosts`], also where that leaves no cell.
+    pub(crate) fn remove_all_ghosts(&mut self, ghosts: &[Array]) -> Result<(), Error> {
         let mut keep = vec![true; self.cells.types.len()];
         for ghost in ghosts {
             let mut values = Vec::new();
@@ -448,13 +475,6 @@ impl MeshData {
             }
         }
         self.retain_cells(&keep, "they are ghosts (duplicate or hidden)");
-        if self.cells.types.is_empty() {
-            return Err(format_error(
-                path,
-                "the ghost array",
-                "every cell is marked as duplicate or hidden",
-            ));
-        }
         Ok(())
     }
 

@@ -72,12 +72,36 @@ pub(crate) trait Piece {
 /// nothing.
 pub(crate) fn join<P: Piece>(
     budget: &Budget,
+    pieces: Vec<P>,
+    fields: Fields,
+    data: MeshData,
+) -> Result<MeshData, Error> {
+    join_as(Role::Whole, budget, pieces, fields, data)
+}
+
+/// What a mesh is read for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// To be the whole. It has cells.
+    Whole,
+    /// To be a part of a mesh, the others of which are read elsewhere. It may have no cells, and its points are in an order that
+    /// others agree on, as cells are cut by it ([`by_place`]).
+    Part,
+}
+
+/// As [`join`], for a role.
+pub(crate) fn join_as<P: Piece>(
+    role: Role,
+    budget: &Budget,
     mut pieces: Vec<P>,
     fields: Fields,
     mut data: MeshData,
 ) -> Result<MeshData, Error> {
     // Their arrays are often absent.
     pieces.retain(|piece| piece.cells() > 0);
+    if role == Role::Part && pieces.is_empty() {
+        return Ok(data);
+    }
     let points = read_cells(budget, &mut pieces, fields, &mut data)?;
     let joined = data.notes.len();
     let kept = keep_points(budget, points, &mut data)?;
@@ -92,8 +116,17 @@ pub(crate) fn join<P: Piece>(
         }
     }
     check(&budget.path, &data, &arrays)?;
+    if role == Role::Part {
+        by_place(&mut data, &mut arrays)?;
+    }
     let ghosts = take_ghosts(&mut arrays);
-    data.remove_ghosts(&budget.path, &ghosts)?;
+    match role {
+        Role::Whole => data.remove_ghosts(&budget.path, &ghosts)?,
+        Role::Part => data.remove_all_ghosts(&ghosts)?,
+    }
+    if data.cells.types.is_empty() {
+        return Ok(data);
+    }
     if let Some(polyhedra) = data.polyhedra.take() {
         polyhedra.split(&budget.path, &mut data, budget.most)?;
     }
@@ -357,6 +390,74 @@ fn read_points<P: Piece>(
         })?;
     }
     Ok(())
+}
+
+/// Puts the points in the order of their places, least x, y, z first, unless all cells with a volume are tetrahedra.
+///
+/// Faces with four corners and more are cut by the order of their corners. Parts of a mesh that are read one by one number
+/// their points each by itself, but where these lie, all know.
+fn by_place(data: &mut MeshData, arrays: &mut [crate::fields::Array]) -> Result<(), Error> {
+    const TETRAHEDRON: u8 = 10;
+    let is_cut =
+        |&kind: &u8| kind == POLYHEDRON || (kind != TETRAHEDRON && volume_corners(kind).is_some());
+    if !data.cells.types.iter().any(is_cut) {
+        return Ok(());
+    }
+    let count = data.points.len();
+    let mut order: Vec<u64> = room(count)?;
+    order.extend(0..count as u64);
+    // Adding 0 turns −0 into +0, which is at the same place.
+    let place = |point: u64| data.points[point as usize].to_array().map(|x| x + 0.0);
+    order.sort_by(|&a, &b| {
+        let axes = place(a).into_iter().zip(place(b));
+        let mut differing = axes.map(|(a, b)| a.total_cmp(&b));
+        differing
+            .find(|order| order.is_ne())
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let mut number: Vec<u64> = room(count)?;
+    number.resize(count, 0);
+    for (new, &old) in (0..).zip(&order) {
+        number[old as usize] = new;
+    }
+    for point in &mut data.cells.connectivity {
+        *point = number[*point as usize];
+    }
+    data.points = order.iter().map(|&old| data.points[old as usize]).collect();
+    let order: Arc<[u64]> = order.into();
+    for array in arrays {
+        if array.association == Association::Point {
+            array.numbers = Arc::new(Ordered {
+                numbers: array.numbers.clone(),
+                components: array.components,
+                order: order.clone(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The tuples of an array in another order.
+#[derive(Debug)]
+struct Ordered {
+    numbers: Arc<dyn Numbers>,
+    components: usize,
+    /// The number of each tuple in `numbers`.
+    order: Arc<[u64]>,
+}
+
+impl Numbers for Ordered {
+    fn each(&self, each: &mut dyn FnMut(f64)) -> Result<(), Error> {
+        let mut values = room(self.order.len() * self.components)?;
+        self.numbers.each(&mut |value| values.push(value))?;
+        for &tuple in &*self.order {
+            let first = tuple as usize * self.components;
+            values[first..first + self.components]
+                .iter()
+                .for_each(|value| each(*value));
+        }
+        Ok(())
+    }
 }
 
 /// The numbers of those tuples of an array whose numbers are in `tuples`, ascending.

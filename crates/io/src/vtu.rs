@@ -61,6 +61,7 @@ pub(crate) use self::document::Image;
 pub(crate) use self::document::{Attributes, attributes, line};
 pub(crate) use self::encoding::to_utf8;
 pub(crate) use self::image::{Box3, ImageArray, ImageFields};
+pub(crate) use self::listed::Listed;
 
 use self::decode::Decoder;
 use self::document::{ArrayElement, Document, Piece};
@@ -69,7 +70,7 @@ use crate::MeshData;
 use crate::fields::Numbers;
 use crate::grid::GridData;
 use crate::grid::number::Number;
-use crate::pieces::{self, Budget, EachIndices, Faces, Fields, PieceArray};
+use crate::pieces::{self, Budget, EachIndices, Faces, Fields, PieceArray, Role};
 use crate::read::FileData;
 use crate::source::Source;
 
@@ -134,8 +135,35 @@ struct Part<'a> {
     piece: &'a Piece<'a>,
 }
 
+/// Reads a file that is a part of a mesh. Perhaps it has no cells.
+pub(crate) fn read_part(source: Source) -> Result<MeshData, Error> {
+    let source = Arc::new(to_utf8(source)?);
+    let what = match listed::file_type(&source).as_deref() {
+        Some("UnstructuredGrid" | "StructuredGrid" | "RectilinearGrid") => None,
+        Some(kind) => Some(format!("a piece of a mesh holds a {kind}, which cannot be")),
+        None => Some("a piece of a mesh is not a VTK XML file".into()),
+    };
+    if let Some(what) = what {
+        return Err(source.error_with_help("byte 0", what, "pieces are .vtu, .vts or .vtr files"));
+    }
+    let document = Document::parse(&source)?;
+    let files = [Opened::new(&source, &document, None)];
+    let mut data = join_files(Role::Part, &source, &files, Fields::Common)?;
+    data.files.push(source.path.clone());
+    Ok(data)
+}
+
 /// Joins the pieces of `files` to a mesh. `source` is the file that was asked for.
 fn read_mesh(source: &Source, files: &[Opened], fields: Fields) -> Result<MeshData, Error> {
+    join_files(Role::Whole, source, files, fields)
+}
+
+fn join_files(
+    role: Role,
+    source: &Source,
+    files: &[Opened],
+    fields: Fields,
+) -> Result<MeshData, Error> {
     let mut data = MeshData::default();
     for note in files.iter().flat_map(|file| &file.document.notes) {
         if !data.notes.contains(note) {
@@ -152,7 +180,7 @@ fn read_mesh(source: &Source, files: &[Opened], fields: Fields) -> Result<MeshDa
     let is_rectilinear = files.iter().any(Opened::is_rectilinear);
     let budget = Budget::new(source.path.clone(), bytes.sum(), is_rectilinear);
     let parts = files.iter().flat_map(Opened::parts);
-    pieces::join(&budget, parts.collect(), fields, data)
+    pieces::join_as(role, &budget, parts.collect(), fields, data)
 }
 
 impl Opened<'_> {

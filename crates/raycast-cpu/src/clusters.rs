@@ -30,7 +30,7 @@ use crate::mesh::{Counts, side};
 use crate::options::RaycastCpuOptions;
 use crate::segments::{PathSegment, PathSegments};
 use kept::Kept;
-use runs::Tile;
+pub use runs::{Run, Tile};
 use seen::{Look, Sight};
 
 /// Clusters that are drawn side by side. What is covered is looked at before each batch.
@@ -133,11 +133,11 @@ impl Caster {
             tally += of_band.0;
             counts += of_band.1;
             for tile in &tiles {
-                tile.for_each_pixel(|at, runs| {
-                    let (light, depth) = runs::together(model, runs);
-                    pixels[at] = over(model, light, depth, background).map(|value| value as f32);
-                    depths[at] = runs::surface(model, runs);
-                });
+                for (pixel, color, depth) in tile.pixels(view) {
+                    let at = tile.place(pixel);
+                    pixels[at] = color;
+                    depths[at] = depth;
+                }
             }
         }
         let mut stats = FrameStats::default();
@@ -173,6 +173,30 @@ impl Caster {
             });
         }
         Ok(PathSegments::new(view, model, segments))
+    }
+
+    /// The tiles of some rows of a valid view; `None` if that takes more than one row and more than `room` bytes of runs.
+    pub(crate) fn tiles_of(
+        &self,
+        view: &View,
+        rows: Range<usize>,
+        room: u64,
+        stop: &Stop,
+    ) -> Result<Option<(Vec<Tile>, FrameStats)>, Error> {
+        let mut tally = Tally::default();
+        let sights = self.sights(view, &mut tally);
+        if rows.start > 0 {
+            tally = Tally::default(); // what is not seen is counted once, with the first rows
+        }
+        let mut of_rows = (tally, Counts::default());
+        let tiles = self.tiles(view, None, &sights, rows, room, &mut of_rows, stop)?;
+        let (tally, counts) = of_rows;
+        Ok(tiles.map(|tiles| {
+            let mut stats = FrameStats::default();
+            counts.tell(&mut stats);
+            tally.tell(&mut stats);
+            (tiles, stats)
+        }))
     }
 
     /// The clusters that may be seen, front to back.

@@ -33,7 +33,8 @@
 //! - Clusters in which the look shows nothing, beside the image, cut away, or covered by what is before
 //!   them are not read; frames count them.
 //! - [`RaycastCpuOptions::memory`] bounds what is read at once and what is kept for the next frame.
-//! - [`RaycastCpu::segments`] gives the segments of what a process has, for others to composite.
+//! - [`RaycastCpu::segments`] gives the segments of what a process has, for others to composite;
+//!   [`RaycastCpu::tiles`] gives them joined, a block of pixels at a time.
 //!
 //! # Limits
 //! - AVX2 and SSE2 were at hand for the tests; AVX-512 and NEON take the same code and were not.
@@ -91,6 +92,7 @@ mod renderer;
 mod segments;
 mod simd;
 
+pub use clusters::{Run, Tile};
 pub use entry::{ENTRY, supports};
 pub use options::RaycastCpuOptions;
 pub use renderer::RaycastCpu;

@@ -1,12 +1,14 @@
 //! The renderer, of a mesh or of a grid.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
 use tetrascope_core::{
-    Appearance, Bounds, Error, Frame, OpticalModel, Stop, View, Volume, VolumeRenderer,
+    Appearance, Bounds, Error, Frame, FrameStats, OpticalModel, Stop, View, Volume, VolumeRenderer,
 };
 
+use crate::clusters::Tile;
 use crate::entry::supports;
 use crate::options::RaycastCpuOptions;
 use crate::segments::PathSegments;
@@ -101,6 +103,36 @@ impl RaycastCpu {
                 renderer: NAME,
                 what: "paths through a grid".into(),
                 reason: "a ray has one way through it".into(),
+            }),
+        }
+    }
+
+    /// What a view's rays gather in some rows of tiles ([`Tile::grid`]) of a mesh in clusters, and the counts of it: of a
+    /// part of a mesh, so that the tiles of all parts, added to each other ([`Tile::add_runs`]), are the whole's.
+    ///
+    /// `None` if these are several rows and would take more than `room` bytes of runs.
+    ///
+    /// # Errors
+    /// As [`VolumeRenderer::render`]; [`Error::Invalid`] for rows that the picture does not have; what is not in clusters
+    /// is unsupported.
+    pub fn tiles(
+        &self,
+        view: &View,
+        rows: Range<usize>,
+        room: u64,
+    ) -> Result<Option<(Vec<Tile>, FrameStats)>, Error> {
+        view.validate()?;
+        if rows.end > Tile::grid(view)[1] {
+            return Err(Error::invalid("rows of tiles beyond the picture"));
+        }
+        match &self.body {
+            Body::Clusters(caster) => {
+                in_pool(&self.pool, || caster.tiles_of(view, rows, room, &self.stop))
+            }
+            _ => Err(Error::Unsupported {
+                renderer: NAME,
+                what: "tiles of a volume in one part".into(),
+                reason: "they are of a mesh in clusters".into(),
             }),
         }
     }

@@ -58,6 +58,8 @@ pub use tetrascope_voxel_hw as voxel_hw;
 pub mod algorithms;
 #[cfg(feature = "choose")]
 pub mod choose;
+#[cfg(feature = "cli")]
+pub mod cli;
 mod context;
 pub mod emptiness;
 mod help;

@@ -54,7 +54,7 @@ impl Kind {
 }
 
 /// The `type` of the first element of a VTK XML file.
-fn file_type(source: &Source) -> Option<String> {
+pub(super) fn file_type(source: &Source) -> Option<String> {
     // The first element is short; what follows may be anything.
     let head = &source.bytes[..source.bytes.len().min(4096)];
     let text = String::from_utf8_lossy(head);
@@ -86,9 +86,7 @@ pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<FileData, Error> {
         if kind == Kind::Blocks
             && let Some(other) = other_kind(path)?
         {
-            notes.push(format!(
-                "'{name}' left out: it holds a {other}, and meshes are joined"
-            ));
+            notes.push(left_out(name, &other));
             continue;
         }
         sources.push(Arc::new(to_utf8(Source::open(path)?)?));
@@ -109,11 +107,7 @@ pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<FileData, Error> {
         documents.push(document);
     }
     if documents.is_empty() {
-        return Err(list.error_with_help(
-            "its end",
-            "the file lists no mesh",
-            "give one of the files that it lists",
-        ));
+        return Err(no_mesh(&list));
     }
     let files = sources.iter().zip(&documents).zip(names);
     let files: Vec<Opened> = files
@@ -139,6 +133,57 @@ pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<FileData, Error> {
     *all_files = vec![list.path.clone()];
     all_files.extend(sources.iter().map(|s| s.path.clone()));
     Ok(read)
+}
+
+/// The meshes that a `.pvtu` or `.vtm` file lists.
+pub(crate) struct Listed {
+    pub(crate) files: Vec<PathBuf>,
+    /// What was left out.
+    pub(crate) notes: Vec<String>,
+    /// Whether each has fields of its own: `.vtm`.
+    pub(crate) all_fields: bool,
+}
+
+impl Listed {
+    /// The files that `list` names, none of which is read; `None` if it is not a list of meshes that can be read each by itself.
+    pub(crate) fn of(list: Source) -> Result<Option<Listed>, Error> {
+        let list = to_utf8(list)?;
+        let kind = match Kind::of(&list) {
+            Some(kind @ (Kind::Pieces | Kind::Blocks)) => kind,
+            _ => return Ok(None),
+        };
+        let (entries, _) = entries(&list, kind)?;
+        let mut listed = Listed {
+            files: Vec::new(),
+            notes: Vec::new(),
+            all_fields: kind == Kind::Blocks,
+        };
+        for Entry { name, path } in entries {
+            match kind {
+                Kind::Blocks => match other_kind(&path)? {
+                    Some(other) => listed.notes.push(left_out(&name, &other)),
+                    None => listed.files.push(path),
+                },
+                _ => listed.files.push(path),
+            }
+        }
+        match listed.files.is_empty() {
+            true => Err(no_mesh(&list)),
+            false => Ok(Some(listed)),
+        }
+    }
+}
+
+fn left_out(name: &str, other: &str) -> String {
+    format!("'{name}' left out: it holds a {other}, and meshes are joined")
+}
+
+fn no_mesh(list: &Source) -> Error {
+    list.error_with_help(
+        "its end",
+        "the file lists no mesh",
+        "give one of the files that it lists",
+    )
 }
 
 /// The grid that pieces make together.

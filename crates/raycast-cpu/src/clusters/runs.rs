@@ -5,26 +5,31 @@
 //! models in which order does not matter, one.
 
 use tetrascope_core::glam::DVec3;
-use tetrascope_core::{Appearance, OpticalModel};
+use tetrascope_core::optics::over;
+use tetrascope_core::{Appearance, OpticalModel, View};
 
-use crate::mesh::least_transmittance;
+use crate::mesh::{least_transmittance, side};
 use crate::options::RaycastCpuOptions;
 use crate::segments::PathSegment;
 
-/// The light of a stretch of a ray; its fields are those of a [`PathSegment`].
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Run {
-    /// The place in its tile, row by row.
-    pixel: u32,
-    pub(super) near: f64,
-    pub(super) far: f64,
-    pub(super) light: DVec3,
-    pub(super) transmittance: f64,
+/// The light of a stretch of a ray without a gap: of [`PathSegment`]s that were joined.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run {
+    /// The place of the ray's pixel in its tile, row by row.
+    pub pixel: u32,
+    /// Where the stretch begins, world units from where the ray starts; where it meets a surface, if it does.
+    pub near: f64,
+    /// Where it ends.
+    pub far: f64,
+    /// Light of the stretch alone, linear RGB; the greatest color in the model `MaximumIntensity`.
+    pub light: DVec3,
+    /// How much of the light behind gets through; 1 where the model does not absorb, 0 behind a surface.
+    pub transmittance: f64,
 }
 
-/// The runs of a block of pixels.
-#[derive(Debug)]
-pub(super) struct Tile {
+/// The runs of a block of pixels, which is square unless the image ends in it.
+#[derive(Clone, Debug)]
+pub struct Tile {
     model: OpticalModel,
     /// Nothing shows behind a run that lets less light through.
     least: f64,
@@ -59,6 +64,72 @@ impl Tile {
         }
     }
 
+    /// The tile with this number of a view's picture, row by row, without runs.
+    ///
+    /// # Panics
+    /// If the picture has not so many tiles ([`Tile::grid`]).
+    pub fn blank(
+        appearance: &Appearance,
+        options: &RaycastCpuOptions,
+        view: &View,
+        number: usize,
+    ) -> Tile {
+        let [across, down] = Tile::grid(view);
+        assert!(number < across * down, "tile {number} of {across}x{down}");
+        let size = [view.width as usize, view.height as usize];
+        Tile::new(appearance, options, size, side(view), number)
+    }
+
+    /// How many tiles a view's picture has from left to right, and from top to bottom.
+    pub fn grid(view: &View) -> [usize; 2] {
+        [view.width, view.height].map(|size| (size as usize).div_ceil(side(view)))
+    }
+
+    /// The runs, by pixel, and front to back in each.
+    pub fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+
+    /// How many pixels it has.
+    pub fn pixel_count(&self) -> usize {
+        (self.columns[1] - self.columns[0]) * (self.rows[1] - self.rows[0])
+    }
+
+    /// Where a pixel of the tile is in the image, row by row.
+    pub fn place(&self, pixel: usize) -> usize {
+        let width = self.columns[1] - self.columns[0];
+        let (column, row) = (pixel % width, pixel / width);
+        (self.rows[0] + row) * self.image_width + self.columns[0] + column
+    }
+
+    /// Adds runs of other parts of the mesh in the same look, in any order, and joins those that meet. What is
+    /// behind a run that lets nothing through is dropped.
+    ///
+    /// # Panics
+    /// If a run is of a pixel that the tile does not have.
+    pub fn add_runs(&mut self, runs: impl IntoIterator<Item = Run>) {
+        let old = self.runs.len();
+        self.runs.extend(runs);
+        let count = self.pixel_count();
+        let has = |run: &Run| (run.pixel as usize) < count;
+        assert!(self.runs[old..].iter().all(has), "runs of another tile");
+        if self.runs.len() > old {
+            self.sort_and_join();
+        }
+    }
+
+    /// Each pixel that has runs, with its light before the background of `view` (premultiplied linear RGBA), and with the
+    /// distance of the isosurface there, infinite where there is none.
+    pub fn pixels(&self, view: &View) -> impl Iterator<Item = (usize, [f32; 4], f32)> {
+        let background = view.premultiplied_background();
+        let of_pixel = self.runs.chunk_by(|a, b| a.pixel == b.pixel);
+        of_pixel.map(move |runs| {
+            let (light, depth) = together(self.model, runs);
+            let color = over(self.model, light, depth, background).map(|value| value as f32);
+            (runs[0].pixel as usize, color, surface(self.model, runs))
+        })
+    }
+
     /// Adds a cluster's segments, each with the place of its pixel in the block.
     pub(super) fn add(&mut self, segments: &[(u32, PathSegment)]) {
         if segments.is_empty() {
@@ -74,6 +145,10 @@ impl Tile {
             light: DVec3::from(segment.light.map(f64::from)),
             transmittance: segment.transmittance,
         }));
+        self.sort_and_join();
+    }
+
+    fn sort_and_join(&mut self) {
         self.runs.sort_by(|a, b| {
             let ends = a.near.total_cmp(&b.near).then(a.far.total_cmp(&b.far));
             a.pixel.cmp(&b.pixel).then(ends)
@@ -119,8 +194,7 @@ impl Tile {
             }
         }
         self.runs.truncate(count);
-        let pixels = (self.columns[1] - self.columns[0]) * (self.rows[1] - self.rows[0]);
-        if closed_pixels == pixels {
+        if closed_pixels == self.pixel_count() {
             self.covered = farthest;
         }
     }
@@ -132,17 +206,13 @@ impl Tile {
 
     /// Calls `each` with the place in the image of each pixel that has runs, and with these.
     pub(super) fn for_each_pixel(&self, mut each: impl FnMut(usize, &[Run])) {
-        let width = self.columns[1] - self.columns[0];
         for runs in self.runs.chunk_by(|a, b| a.pixel == b.pixel) {
-            let place = runs[0].pixel as usize;
-            let (column, row) = (place % width, place / width);
-            let at = (self.rows[0] + row) * self.image_width + self.columns[0] + column;
-            each(at, runs);
+            each(self.place(runs[0].pixel as usize), runs);
         }
     }
 
-    /// Bytes of the runs.
-    pub(super) fn bytes(&self) -> u64 {
+    /// Bytes of the runs in memory.
+    pub fn bytes(&self) -> u64 {
         size_of_val(&self.runs[..]) as u64
     }
 }
@@ -168,7 +238,7 @@ impl Run {
 }
 
 /// Light and optical depth of a ray's runs, front to back.
-pub(super) fn together(model: OpticalModel, runs: &[Run]) -> (DVec3, f64) {
+fn together(model: OpticalModel, runs: &[Run]) -> (DVec3, f64) {
     let (mut light, mut transmittance) = (DVec3::ZERO, 1.0);
     for run in runs {
         light = match model {
@@ -182,7 +252,7 @@ pub(super) fn together(model: OpticalModel, runs: &[Run]) -> (DVec3, f64) {
 }
 
 /// How far the isosurface is that a ray meets, world units.
-pub(super) fn surface(model: OpticalModel, runs: &[Run]) -> f32 {
+fn surface(model: OpticalModel, runs: &[Run]) -> f32 {
     match (model, runs) {
         (OpticalModel::Isosurfaces, [first, ..]) => first.near as f32,
         _ => f32::INFINITY,

@@ -2,8 +2,7 @@
 //!
 //! [`args`] says what can be typed; one module each runs `render`, `view`, `info`,
 //! `convert`, `pack` and the lists; [`scene`] makes a scene from options; [`series`] draws several files as `render` does one;
-//! [`output`] is all that is printed:
-//! results on stdout, everything else on stderr.
+//! [`output`](tetrascope::cli::output) is all that is printed.
 
 mod args;
 mod convert;
@@ -12,7 +11,6 @@ mod lists;
 #[cfg(any(feature = "resample", feature = "voxel-hw"))]
 mod mesh;
 mod need;
-mod output;
 mod pack;
 mod picture;
 mod render;
@@ -31,7 +29,7 @@ use std::io::IsTerminal as _;
 use std::process::ExitCode;
 
 use clap::Parser as _;
-use tetrascope::core::ErrorKind;
+use tetrascope::cli::{exit_code, output};
 
 use args::{Cli, Command};
 use output::{Output, Stop};
@@ -48,7 +46,7 @@ fn main() -> ExitCode {
     #[cfg(all(unix, feature = "gpu"))]
     quiet_mesa();
     #[cfg(unix)]
-    outlive_large_files();
+    tetrascope::cli::outlive_large_files();
     tetrascope::signals::leave_no_temporary_files();
     let output = Output::new(&cli.global);
     log(cli.global.verbose, output.color());
@@ -97,15 +95,6 @@ fn end(stop: Stop, output: &Output) -> ExitCode {
     }
 }
 
-/// Makes a file that grows beyond the limit of this process (`ulimit -f`) an error of the
-/// write, which then removes its temporary file: unless SIGXFSZ is handled, it kills.
-#[cfg(unix)]
-fn outlive_large_files() {
-    let noted = std::sync::Arc::default();
-    // Where this fails, all is as it was.
-    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, noted);
-}
-
 /// Starts this program anew where Mesa would complain on stderr that
 /// `XDG_RUNTIME_DIR` is unset, as it is without a login, with what keeps it quiet:
 /// a process cannot safely change its own environment.
@@ -124,16 +113,6 @@ fn quiet_mesa() {
             .args(arguments)
             .env(variable, value)
             .exec();
-    }
-}
-
-/// As `--help` documents them.
-fn exit_code(kind: ErrorKind) -> u8 {
-    match kind {
-        ErrorKind::Failure => 1,
-        ErrorKind::Usage => 2,
-        ErrorKind::Input => 3,
-        ErrorKind::Gpu => 4,
     }
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn load(
     names: Option<&[String]>,
     output: &Output,
 ) -> Result<(LoadedFields, f64), Error> {
-    let named = scene::volume(&args.mesh).map_err(scene::usage)?;
+    let named = tetrascope::cli::request::volume(&args.mesh).map_err(scene::usage)?;
     let source = VolumeSource {
         solution: args.solution.clone(),
         cells: args.cells,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 use tetrascope::choose::Need;
+use tetrascope::cli::use_threads;
 use tetrascope::core::{Error, Frame, Volume, VolumeRenderer as _};
 use tetrascope::io::image::{self, write_image};
 use tetrascope::provenance::Input;
@@ -205,9 +206,3 @@ fn draw_by(
 /// Memory for a pixel of any algorithm's picture, at least: the frame with its depths, and the
 /// file as it is and packed.
 pub(crate) const BYTES_PER_PIXEL: u64 = 16 + 4 + 16 + 16;
-
-pub(crate) fn use_threads(count: usize) -> Result<(), Error> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
-    pool.build_global()
-        .map_err(|error| Error::invalid(format!("cannot start {count} threads: {error}")))
-}

@@ -8,13 +8,13 @@ use std::sync::Arc;
 use serde_json::json;
 use tetrascope::Settings;
 use tetrascope::choose::user_cache;
+use tetrascope::cli::use_threads;
 use tetrascope::core::Error;
 use tetrascope::io::read_steps;
 use tetrascope::view::{Access, Hub, Server, Session, Start, Token, serve};
 
 use crate::args::ViewArgs;
 use crate::output::{Output, Stop};
-use crate::render::use_threads;
 use crate::scene::Request;
 use crate::series::Steps;
 

@@ -14,14 +14,14 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
-use tetrascope::core::Error;
-use tetrascope::core::text::{clip, is_unprintable, printable};
-use tetrascope::{Progress, help};
+use tetrascope_core::Error;
+use tetrascope_core::text::{clip, is_unprintable, printable};
 
-use crate::args::Global;
+use super::Global;
+use crate::{Progress, help};
 
 /// Why a command ends early.
-pub(crate) enum Stop {
+pub enum Stop {
     /// Something is wrong.
     Error(Error),
     /// Something is wrong with a step of a series.
@@ -31,12 +31,13 @@ pub(crate) enum Stop {
 }
 
 /// An error in a step of a series.
-pub(crate) struct StepError {
-    pub(crate) error: Error,
+pub struct StepError {
+    /// The error.
+    pub error: Error,
     /// The step's file.
-    pub(crate) file: PathBuf,
+    pub file: PathBuf,
     /// A hint beside the error's own.
-    pub(crate) help: Option<&'static str>,
+    pub help: Option<&'static str>,
 }
 
 impl From<Error> for Stop {
@@ -46,7 +47,7 @@ impl From<Error> for Stop {
 }
 
 /// Where results, progress and messages go.
-pub(crate) struct Output {
+pub struct Output {
     /// Results as JSON; stderr then carries nothing but an error's JSON line.
     json: bool,
     quiet: bool,
@@ -58,7 +59,8 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    pub(crate) fn new(global: &Global) -> Output {
+    /// Output as the options of every command say.
+    pub fn new(global: &Global) -> Output {
         let terminal = io::stderr().is_terminal();
         let watched = terminal && !global.json && !global.quiet;
         Output {
@@ -71,7 +73,7 @@ impl Output {
     }
 
     /// For errors that come before the options are known.
-    pub(crate) fn plain(json: bool) -> Output {
+    pub fn plain(json: bool) -> Output {
         Output {
             json,
             quiet: false,
@@ -81,17 +83,18 @@ impl Output {
         }
     }
 
-    pub(crate) fn json(&self) -> bool {
+    /// Whether results are printed as JSON.
+    pub fn json(&self) -> bool {
         self.json
     }
 
     /// Whether stderr is to be colored (<https://no-color.org>).
-    pub(crate) fn color(&self) -> bool {
+    pub fn color(&self) -> bool {
         self.terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
     }
 
     /// Prints text for programs on stdout, with a newline; a terminal gets it printable.
-    pub(crate) fn result(&self, text: impl Display) -> Result<(), Stop> {
+    pub fn result(&self, text: impl Display) -> Result<(), Stop> {
         let text = text.to_string();
         if !io::stdout().is_terminal() {
             return print(text.as_bytes());
@@ -101,13 +104,13 @@ impl Output {
     }
 
     /// Prints lines for people on stdout.
-    pub(crate) fn lines(&self, lines: &[String]) -> Result<(), Stop> {
+    pub fn lines(&self, lines: &[String]) -> Result<(), Stop> {
         let lines: Vec<_> = lines.iter().map(|line| clip(line, LONGEST_LINE)).collect();
         print(lines.join("\n").as_bytes())
     }
 
     /// Prints the name of a file that was written: a program gets its very bytes.
-    pub(crate) fn written(&self, path: &Path) -> Result<(), Stop> {
+    pub fn written(&self, path: &Path) -> Result<(), Stop> {
         match io::stdout().is_terminal() {
             true => self.result(path.display()),
             false => print(path.as_os_str().as_encoded_bytes()),
@@ -115,26 +118,26 @@ impl Output {
     }
 
     /// Prints a result as JSON on stdout.
-    pub(crate) fn json_result(&self, value: &serde_json::Value) -> Result<(), Stop> {
+    pub fn json_result(&self, value: &serde_json::Value) -> Result<(), Stop> {
         print(ascii_controls(&format!("{value:#}")).as_bytes())
     }
 
     /// A message for whoever watches.
-    pub(crate) fn note(&self, text: impl Display) {
+    pub fn note(&self, text: impl Display) {
         if !self.quiet && !self.json {
             self.stderr(clip(&text.to_string(), LONGEST_LINE));
         }
     }
 
     /// A message for whoever watches closely, with `-v`.
-    pub(crate) fn detail(&self, text: impl Display) {
+    pub fn detail(&self, text: impl Display) {
         if self.verbose && !self.json {
             self.stderr(clip(&text.to_string(), LONGEST_LINE));
         }
     }
 
     /// A problem that does not stop the command.
-    pub(crate) fn warning(&self, warning: &Error) {
+    pub fn warning(&self, warning: &Error) {
         if !self.json {
             self.stderr(format_args!("{} {warning}", self.paint("33", "warning:")));
             self.help(warning);
@@ -142,7 +145,7 @@ impl Output {
     }
 
     /// The error that ends the command, and its exit code.
-    pub(crate) fn error(&self, error: &Error, code: u8) {
+    pub fn error(&self, error: &Error, code: u8) {
         if self.json {
             self.stderr(json_line(code, &error.to_string(), help(error)));
             return;
@@ -152,7 +155,7 @@ impl Output {
     }
 
     /// The error in a step of a series, which ends the command.
-    pub(crate) fn error_in(&self, step: &StepError, code: u8) {
+    pub fn error_in(&self, step: &StepError, code: u8) {
         let StepError {
             error,
             file,
@@ -189,7 +192,7 @@ impl Output {
     ///
     /// A terminal shows a spinner, or a bar while the step calls what
     /// [`Output::progress`] gave; anything else gets one line.
-    pub(crate) fn timed<T>(
+    pub fn timed<T>(
         &self,
         what: &str,
         step: impl FnOnce() -> Result<T, Error>,
@@ -215,7 +218,7 @@ impl Output {
     }
 
     /// Moves the terminal's bar, if there is one.
-    pub(crate) fn progress(&self) -> Option<Progress> {
+    pub fn progress(&self) -> Option<Progress> {
         const STEPS: u64 = 1000;
         let bar = self.bar.clone()?;
         Some(Arc::new(move |share: f64| {
@@ -230,7 +233,7 @@ impl Output {
     /// Begins work on so many steps of a series.
     ///
     /// A terminal shows one bar over all of them.
-    pub(crate) fn watch(&self, count: usize) -> Watch<'_> {
+    pub fn watch(&self, count: usize) -> Watch<'_> {
         if let Some(bar) = &self.bar {
             bar.reset();
             bar.set_length(Watch::PARTS * count as u64);
@@ -266,7 +269,7 @@ impl Output {
 }
 
 /// The display of the work on the steps of a series.
-pub(crate) struct Watch<'a> {
+pub struct Watch<'a> {
     output: &'a Output,
     done: Arc<AtomicU64>,
 }
@@ -276,14 +279,14 @@ impl Watch<'_> {
     const PARTS: u64 = 1000;
 
     /// Says at what work is.
-    pub(crate) fn begin(&self, what: &str) {
+    pub fn begin(&self, what: &str) {
         if let Some(bar) = &self.output.bar {
             bar.set_message(clip(what, LONGEST_PATH).into_owned());
         }
     }
 
     /// Says that a step is done.
-    pub(crate) fn end(&self) {
+    pub fn end(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         if let Some(bar) = &self.output.bar {
             bar.set_position(Self::PARTS * done);
@@ -291,7 +294,7 @@ impl Watch<'_> {
     }
 
     /// Prints a line for whoever watches where there is no bar.
-    pub(crate) fn line(&self, text: impl Display) {
+    pub fn line(&self, text: impl Display) {
         match self.output.bar {
             Some(_) => self.detail(text),
             None => self.output.note(text),
@@ -299,22 +302,22 @@ impl Watch<'_> {
     }
 
     /// As [`Output::note`].
-    pub(crate) fn note(&self, text: impl Display) {
+    pub fn note(&self, text: impl Display) {
         self.output.beside_bar(|| self.output.note(text));
     }
 
     /// As [`Output::detail`].
-    pub(crate) fn detail(&self, text: impl Display) {
+    pub fn detail(&self, text: impl Display) {
         self.output.beside_bar(|| self.output.detail(text));
     }
 
     /// As [`Output::written`].
-    pub(crate) fn written(&self, path: &Path) -> Result<(), Stop> {
+    pub fn written(&self, path: &Path) -> Result<(), Stop> {
         self.output.beside_bar(|| self.output.written(path))
     }
 
     /// Moves the bar within a step, if there is one.
-    pub(crate) fn progress(&self) -> Option<Progress> {
+    pub fn progress(&self) -> Option<Progress> {
         let bar = self.output.bar.clone()?;
         let done = self.done.clone();
         Some(Arc::new(move |share: f64| {
@@ -385,7 +388,7 @@ fn json_line(code: u8, message: &str, help: Option<String>) -> String {
 /// Prints what clap says: help and version on stdout, a mistake on stderr.
 ///
 /// With `--json` among the arguments a mistake is a JSON line.
-pub(crate) fn usage(error: &clap::Error) -> Result<ExitCode, Stop> {
+pub fn usage(error: &clap::Error) -> Result<ExitCode, Stop> {
     if !error.use_stderr() {
         return print(error.render().to_string().trim_end().as_bytes()).map(|()| ExitCode::SUCCESS);
     }
