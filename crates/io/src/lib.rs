@@ -117,6 +117,7 @@ pub mod gmsh;
 pub mod grid;
 #[cfg(feature = "hdf5")]
 mod hdf5;
+mod higher_order;
 pub mod image;
 mod mesh_data;
 mod pieces;
