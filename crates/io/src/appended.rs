@@ -33,10 +33,10 @@ pub(crate) struct Appended<'a> {
 }
 
 impl<'a> Appended<'a> {
-    /// Begins a file of this type.
+    /// Begins a file of this type and version.
     pub(crate) fn begin(
         out: &mut impl Write,
-        kind: &str,
+        (kind, version): (&str, &str),
         compression: Compression,
     ) -> io::Result<Appended<'a>> {
         let compressor = match compression {
@@ -46,7 +46,7 @@ impl<'a> Appended<'a> {
         writeln!(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>")?;
         writeln!(
             out,
-            "<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" \
+            "<VTKFile type=\"{kind}\" version=\"{version}\" byte_order=\"LittleEndian\" \
              header_type=\"UInt64\"{compressor}>"
         )?;
         Ok(Appended {

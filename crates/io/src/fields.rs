@@ -6,6 +6,8 @@ use std::sync::Arc;
 use tetrascope_core::Error;
 use tetrascope_core::mesh::Association;
 
+use crate::higher_order::says_shape;
+
 /// The array in which VTK marks duplicate and hidden cells and points.
 const GHOST_TYPE: &str = "vtkGhostType";
 
@@ -228,10 +230,11 @@ const GUESSES: [(&[&str], &str); 7] = [
     ),
 ];
 
-/// Numbers of points and cells, marks and masks.
+/// Numbers of points and cells, marks and masks, and how cells are curved.
 fn is_helper(name: &str) -> bool {
     let lower = name.to_ascii_lowercase();
     is_identifier(name)
+        || says_shape(name)
         || lower.ends_with("mask")
         || lower.contains("ghost")
         || lower.starts_with("vtkoriginal")

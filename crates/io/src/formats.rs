@@ -98,7 +98,7 @@ pub const FORMATS: [FileFormat; 21] = [
         "VTK XML unstructured grids",
         &["vtu"],
         Holds::Meshes,
-        "every encoding (LZMA by the feature `lzma`), polyhedra; curved cells of order 2, others by their corners; of several time steps the first",
+        "every encoding (LZMA by the feature `lzma`), polyhedra; curved cells to order 6, pyramids to order 2, others by their corners; of several time steps the first",
     )
     .written(),
     format(
@@ -155,7 +155,7 @@ pub const FORMATS: [FileFormat; 21] = [
         "Gmsh",
         &["msh"],
         Holds::Meshes,
-        "versions 2 and 4.1, text and binary; curved elements of order 2, others by their corners",
+        "versions 2 and 4.1, text and binary; curved elements of order 2, tetrahedra and hexahedra to order 6, others by their corners",
     )
     .with_steps(),
     format(

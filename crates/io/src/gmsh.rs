@@ -1,7 +1,7 @@
 //! Gmsh meshes, `.msh`: versions 2 and 4.1, text and binary in both byte orders.
 //!
-//! *Gmsh Reference Manual*, "Gmsh file formats". Volumes of order 1 and 2 become VTK's cells
-//! with their nodes in VTK's order; of higher orders the corners are taken. Points, lines and
+//! *Gmsh Reference Manual*, "Gmsh file formats". Volumes of order 1 and 2, and tetrahedra and hexahedra to order 6, become VTK's cells
+//! with their nodes in VTK's order; of others the corners are taken. Points, lines and
 //! surfaces are left out, with a note. Nodes and elements may have any tags.
 //!
 //! `$NodeData` and `$ElementData` of one name are one field; of several time steps the first
@@ -15,6 +15,7 @@ mod cells;
 mod cursor;
 mod elements;
 mod nodes;
+mod orders;
 mod tags;
 mod views;
 

@@ -117,6 +117,7 @@ pub mod gmsh;
 pub mod grid;
 #[cfg(feature = "hdf5")]
 mod hdf5;
+mod higher_order;
 pub mod image;
 pub mod lists;
 mod mesh_data;

@@ -246,7 +246,7 @@ impl MeshData {
         data.with_arrays(vec![Array::scalar(&name, association, tuples, numbers)])
     }
 
-    /// This mesh with field number `field` alone.
+    /// This mesh with field number `field` alone, and what says how its cells are curved.
     ///
     /// # Errors
     /// As [`MeshData::scalars`].
@@ -261,6 +261,15 @@ impl MeshData {
         } = self.scalars(field)?;
         let tuples = values.len();
         let numbers = Arc::new(Loaded(values));
+        let mut arrays = vec![Array::scalar(&name, association, tuples, numbers)];
+        for array in self.shape_arrays().filter(|array| array.name != name) {
+            let values = self.tuples(array)?;
+            arrays.push(Array {
+                tuples: values.len() / array.components,
+                numbers: Arc::new(Loaded(values)),
+                ..array.clone()
+            });
+        }
         let alone = MeshData {
             points: std::mem::take(&mut self.points),
             cells: std::mem::take(&mut self.cells),
@@ -268,7 +277,7 @@ impl MeshData {
             files: std::mem::take(&mut self.files),
             ..MeshData::default()
         };
-        alone.with_arrays(vec![Array::scalar(&name, association, tuples, numbers)])
+        alone.with_arrays(arrays)
     }
 
     fn with_arrays(mut self, arrays: Vec<Array>) -> Result<MeshData, Error> {
@@ -303,14 +312,15 @@ impl MeshData {
     /// ones: [`straighten`](curved::straighten).
     ///
     /// # Errors
-    /// As [`straighten`](curved::straighten).
+    /// As [`straighten`](curved::straighten), and those of the file, where arrays are read only now.
     pub fn into_straight(
         self,
         scalars: Vec<Scalars>,
         how: Straightening,
     ) -> Result<Straightened, Error> {
+        let extra = self.extra()?;
         let MeshData { points, cells, .. } = self; // arrays may hold the file's bytes
-        curved::straighten(points, cells, scalars, how)
+        curved::straighten(points, cells, scalars, &extra, how)
     }
 
     /// Adds the scalar fields that arrays offer, by rank, with their ranges. Each array has

@@ -64,6 +64,11 @@ pub(crate) trait Piece {
     /// The numbers of one of these arrays, a tuple for each point or cell.
     fn numbers(&self, association: Association, array: usize) -> Arc<dyn Numbers>;
 
+    /// Whether hexahedra of any order have the numbering that VTK had before version 9.
+    fn is_before_vtk_9(&self) -> bool {
+        false
+    }
+
     /// An error at a place in the file.
     fn error(&self, at: &str, what: String) -> Error;
 }
@@ -116,6 +121,16 @@ pub(crate) fn join_as<P: Piece>(
         }
     }
     check(&budget.path, &data, &arrays)?;
+    let mut end = 0;
+    let ends = pieces.iter().map(|piece| {
+        end += piece.cells() as usize; // counted
+        (end, piece.is_before_vtk_9())
+    });
+    let ends: Vec<(usize, bool)> = ends.collect();
+    data.renumber_old(&arrays, |cell| {
+        let piece = ends.partition_point(|(end, _)| *end <= cell);
+        ends.get(piece).is_some_and(|(_, is_old)| *is_old)
+    })?;
     if role == Role::Part {
         by_place(&mut data, &mut arrays)?;
     }

@@ -124,7 +124,7 @@ fn write(
     let spacing = numbers(&lattice.spacing.to_array());
     // Row by row, the axes as columns.
     let direction = numbers(&lattice.direction.transpose().to_cols_array());
-    let mut appended = Appended::begin(out, "ImageData", compression)?;
+    let mut appended = Appended::begin(out, ("ImageData", "1.0"), compression)?;
     writeln!(
         out,
         "<ImageData WholeExtent=\"{extent}\" Origin=\"{origin}\" Spacing=\"{spacing}\" \

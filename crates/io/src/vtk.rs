@@ -30,10 +30,13 @@ use crate::pieces::most_implied;
 use crate::read::{FileData, check};
 use crate::source::{Endian, Source, count, read_at, room};
 use crate::vtu::structured::{MOST_POINTS, even_steps, note_of_steps};
+use crate::vtu::version;
 
 /// Reads a file from its beginning to its end, and holds what it has read.
 struct Reader<'a> {
     scanner: Scanner<'a>,
+    /// Of the format, major and minor.
+    version: [u32; 2],
     dimensions: Option<[u64; 3]>,
     /// The coordinates of a rectilinear grid, and the ε of their numbers.
     axes: Option<([Vec<f64>; 3], f64)>,
@@ -164,6 +167,7 @@ fn mesh(source: &Arc<Source>, mut reader: Reader) -> Result<MeshData, Error> {
         ..MeshData::default()
     };
     check(&source.path, &data, &arrays)?;
+    data.renumber_old(&arrays, |_| reader.version < [5, 1])?;
     let ghosts = take_ghosts(&mut arrays);
     data.remove_ghosts(&source.path, &ghosts)?;
     data.add_fields(arrays)?;
@@ -245,6 +249,7 @@ impl<'a> Reader<'a> {
     fn new(source: &'a Source) -> Reader<'a> {
         Reader {
             scanner: Scanner::new(source),
+            version: [0; 2],
             dimensions: None,
             axes: None,
             points: None,
@@ -280,7 +285,10 @@ impl<'a> Reader<'a> {
 
     /// Three lines: version, title, ASCII or BINARY.
     fn header(&mut self) -> Result<(), Error> {
-        self.scanner.line();
+        let first = String::from_utf8_lossy(self.scanner.line()).to_ascii_lowercase();
+        if let Some((_, number)) = first.rsplit_once("version") {
+            self.version = version(number);
+        }
         self.scanner.line();
         let encoding = self.scanner.expect("ASCII or BINARY")?;
         self.scanner.binary = match encoding.to_ascii_uppercase().as_str() {

@@ -58,7 +58,7 @@ use tetrascope_core::mesh::Association;
 pub use self::write::{check_path, write_vtu};
 
 pub(crate) use self::document::Image;
-pub(crate) use self::document::{Attributes, attributes, line};
+pub(crate) use self::document::{Attributes, attributes, line, version};
 pub(crate) use self::encoding::to_utf8;
 pub(crate) use self::image::{Box3, ImageArray, ImageFields};
 pub(crate) use self::listed::Listed;
@@ -293,6 +293,10 @@ impl pieces::Piece for Part<'_> {
         };
         let element = &self.elements(association)[array];
         Arc::new(Stored::new(&self.file.arrays, (element, tuples)))
+    }
+
+    fn is_before_vtk_9(&self) -> bool {
+        self.file.document.version < [2, 1]
     }
 
     fn error(&self, at: &str, what: String) -> Error {

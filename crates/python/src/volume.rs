@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use serde_json::json;
 use tetrascope::core::glam::{DMat3, DVec3};
 use tetrascope::core::grid::{Interpolation, Lattice, Samples};
-use tetrascope::core::mesh::curved::{self, Straightening};
+use tetrascope::core::mesh::curved::{self, Extra, Straightening};
 use tetrascope::core::mesh::{Association, type_name};
 use tetrascope::core::{self, Cells, Error, Grid, Scalars, TetMesh, is_value};
 use tetrascope::scene::VolumeSource;
@@ -241,7 +241,13 @@ impl Volume {
         mut notes: Vec<String>,
     ) -> Result<Volume, Error> {
         let Given { points, cells, how } = &*given;
-        let straight = curved::straighten(points.clone(), cells.clone(), vec![scalars], *how)?;
+        let straight = curved::straighten(
+            points.clone(),
+            cells.clone(),
+            vec![scalars],
+            &Extra::default(),
+            *how,
+        )?;
         notes.extend(straight.report.map(|report| report.to_string()));
         let scalars = straight.scalars.into_iter().next();
         let scalars = scalars.expect("the one that went in");

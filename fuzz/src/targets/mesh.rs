@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use arbitrary::Unstructured;
 use tetrascope::core::glam::DVec3;
+use tetrascope::core::mesh::curved::{self, Extra, Straightening};
 use tetrascope::core::mesh::{Association, Split, volume_corners};
 use tetrascope::core::{Cells, Error, Scalars, TetMesh};
 
@@ -36,9 +37,13 @@ const NUMBERS: [f64; 24] = [
 ];
 
 /// VTK's types, those that are drawn first.
-const TYPES: [u8; 20] = [
-    10, 12, 13, 14, 11, 15, 16, 24, 25, 26, 27, 29, 71, 72, 73, 42, 5, 9, 1, 0,
+const TYPES: [u8; 28] = [
+    10, 12, 13, 14, 11, 15, 16, 24, 25, 26, 27, 29, 71, 72, 73, 42, 5, 9, 1, 0, 31, 32, 33, 37, 74,
+    78, 79, 80,
 ];
+
+/// Numbers of points of curved cells of orders 1 to 3, some of which fit several types.
+const COUNTS: [usize; 16] = [4, 6, 8, 10, 12, 13, 15, 18, 19, 20, 24, 27, 30, 35, 40, 64];
 
 /// Builds a mesh of the bytes; no panic, and a mesh that is consistent.
 pub(super) fn build(bytes: &[u8]) -> Result<(), Error> {
@@ -47,6 +52,10 @@ pub(super) fn build(bytes: &[u8]) -> Result<(), Error> {
     let points = points(&mut bytes);
     let cells = cells(&mut bytes, points.len());
     let scalars = scalars(&mut bytes, points.len(), cells.types.len());
+    let (points, cells, scalars) = match way & 16 {
+        0 => (points, cells, scalars),
+        _ => straight(&mut bytes, points, cells, scalars)?,
+    };
     let split = match way & 8 {
         0 => Split::SmallestIndex,
         _ => Split::FiveAlternating,
@@ -63,6 +72,41 @@ pub(super) fn build(bytes: &[u8]) -> Result<(), Error> {
     }?;
     check(&mesh);
     Ok(())
+}
+
+/// The mesh with its curved cells cut into straight ones.
+fn straight(
+    bytes: &mut Unstructured,
+    points: Vec<DVec3>,
+    cells: Cells,
+    scalars: Scalars,
+) -> Result<(Vec<DVec3>, Cells, Scalars), Error> {
+    let chosen = byte(bytes);
+    let mut extra = Extra::default();
+    if chosen & 1 != 0 {
+        let degree = |_: &u8| [byte(bytes), byte(bytes), byte(bytes)].map(|b| f64::from(b % 5));
+        extra.degrees = cells.types.iter().map(degree).collect();
+    }
+    if chosen & 2 != 0 {
+        extra.weights = points.iter().map(|_| number(bytes)).collect();
+    }
+    let how = Straightening {
+        tolerance: 10.0_f64.powi(-i32::from(chosen >> 6)),
+        most_cells: 4096,
+    };
+    let made = curved::straighten(points, cells, vec![scalars], &extra, how)?;
+    if let Some(report) = made.report {
+        assert!(
+            report.shape >= 0.0 && report.field >= 0.0 && report.gap >= 0.0,
+            "{report}"
+        );
+    }
+    let scalars = made
+        .scalars
+        .into_iter()
+        .next()
+        .expect("the one that went in");
+    Ok((made.points, made.cells, scalars))
 }
 
 fn byte(bytes: &mut Unstructured) -> u8 {
@@ -117,6 +161,7 @@ fn cells(bytes: &mut Unstructured, points: usize) -> Cells {
         let shape = byte(bytes);
         let count = match shape >> 5 {
             7 => usize::from(byte(bytes)) % 40,
+            6 => COUNTS[usize::from(byte(bytes)) % COUNTS.len()],
             _ => volume_corners(kind).unwrap_or(usize::from(shape) % 30),
         };
         let first = usize::from(byte(bytes));
@@ -205,6 +250,22 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     ];
     for (kind, _) in (0u8..).zip(TYPES) {
         seeds.push(vec![kind % 3, 47, 0, 0, 2, kind, 3, 0, kind, 3, 6]);
+        // Two cells with many points, cut into straight ones.
+        seeds.push(vec![
+            16 + kind % 3,
+            47,
+            0,
+            0,
+            2,
+            kind,
+            195,
+            9,
+            0,
+            kind,
+            195,
+            11,
+            6,
+        ]);
     }
     seeds
 }

@@ -1,26 +1,39 @@
 //! Curved cells as straight ones: each is cut into smaller cells, until what that changes is small.
 //!
-//! A curved cell of order 2 maps its reference cell by a polynomial, and its field is another. Its
-//! reference cell is cut into n parts along each edge (`lattice`), and each part's corners are
-//! evaluated (`shapes`). What straight parts are off by falls with n², and `bound` says by
-//! how much at most, from the polynomials' second derivatives.
+//! A curved cell maps its reference cell by a polynomial or, with weights, by a quotient of two, and its field is
+//! another. Its reference cell is cut into n parts along each edge (`lattice`), and each part's corners are
+//! evaluated (`shapes`, `simplex`). What straight parts are off by falls with n², and `bound` says by
+//! how much at most, from the functions' second derivatives.
 //!
-//! n is the same in the whole mesh, so that parts of neighbors meet: a point on a face is named by
+//! n is the same in the whole mesh, so that parts of neighbors meet (`seams`): a point on a face is named by
 //! the weights of the face's corners, which both cells say alike, and is made once. A point that is
 //! one of the cell's own stays that.
+//!
+//! # Limits
+//! The functions of pyramids are known at order 2, without nodes in faces. VTK gives no order to the nodes of others, which stay as they are, as
+//! do cells of an order above 6, tetrahedra of 15 nodes and wedges of 21. Where a cell with straight edges shares a face with one
+//! that is cut, the face is cut on one side alone; the report counts these.
 
 mod bound;
+mod cutter;
+mod form;
 mod lattice;
+mod net;
+mod numbering;
+mod seams;
 mod shapes;
-
-use std::collections::HashMap;
+mod simplex;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::{Association, Cells, Scalars, check_point, split};
+use super::{Association, Cells, Scalars, check_counts, check_point, split};
 use crate::{Bounds, Error, number};
-use lattice::Lattice;
+use cutter::Cutter;
+use form::{Forms, is_curved};
 use shapes::Curved;
+
+pub use numbering::{exchanged, lagrange_nodes};
 
 /// The most parts along an edge.
 pub const MOST_PARTS: usize = 16;
@@ -31,7 +44,8 @@ pub struct Straightening {
     /// How far shape and values may be off: in parts of the diagonal of the mesh's box, and of each
     /// field's range.
     pub tolerance: f64,
-    /// The most cells that curved ones are cut into; two parts along each edge are always allowed.
+    /// The most cells that curved ones are cut into; two parts along each edge, and as many as the order of
+    /// the cells, are always allowed.
     pub most_cells: usize,
 }
 
@@ -53,6 +67,16 @@ impl Default for Straightening {
             most_cells: 1 << 18,
         }
     }
+}
+
+/// What a file says of curved cells beside their types and points.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Extra {
+    /// The orders of each cell along its axes, VTK's HigherOrderDegrees: used for hexahedra and wedges of any order.
+    /// NaN, or all empty, where orders follow from the number of points.
+    pub degrees: Vec<[f64; 3]>,
+    /// The weight of each point in rational Bézier cells, VTK's RationalWeights; empty where all are 1.
+    pub weights: Vec<f64>,
 }
 
 /// A mesh whose curved cells have become straight ones.
@@ -85,6 +109,13 @@ pub struct CurvedReport {
     pub is_kept: bool,
     /// Whether the numbers are estimates: those of pyramids are, whose functions are rational.
     pub is_estimate: bool,
+    /// Cells that share corners of a face or an edge with a neighbor whose face is elsewhere: of another order, or with nodes
+    /// elsewhere. There are gaps or overlaps there.
+    pub apart: usize,
+    /// How wide these are at most, in parts of the diagonal of the mesh's box.
+    pub gap: f64,
+    /// Faces between a curved cell, which is cut, and one with straight edges, which is not.
+    pub hanging: usize,
 }
 
 impl std::fmt::Display for CurvedReport {
@@ -108,31 +139,56 @@ impl std::fmt::Display for CurvedReport {
             ": shape is off by {how}{shape} of the mesh's diagonal, values by {how}{field} of \
              the field's range{what}"
         )?;
-        match self.is_kept {
-            true => Ok(()),
-            false => write!(f, "; finer parts would be too many"),
+        if !self.is_kept {
+            write!(f, "; finer parts would be too many")?;
+        }
+        match self.apart {
+            0 => {}
+            1 => write!(f, "; 1 cell has")?,
+            cells => write!(f, "; {cells} cells have")?,
+        }
+        if self.apart > 0 {
+            let gap = number::rounded(self.gap);
+            write!(
+                f,
+                " faces that are not where a neighbor's are: gaps there are up to {gap} of the diagonal wide"
+            )?;
+        }
+        match self.hanging {
+            0 => Ok(()),
+            1 => write!(
+                f,
+                "; 1 face between a curved and a straight cell is cut on one side alone"
+            ),
+            faces => write!(
+                f,
+                "; {faces} faces between curved and straight cells are cut on one side alone"
+            ),
         }
     }
 }
 
-/// Whether [`straighten`] cuts cells of this VTK type into straight ones.
+/// Whether [`straighten`] cuts cells of this VTK type into straight ones, if their order is known.
 pub fn is_straightened(cell_type: u8) -> bool {
-    Curved::of(cell_type).is_some()
+    is_curved(cell_type)
 }
 
-/// Cuts curved cells of order 2 (VTK's types 24 to 27, 29 and 31 to 33) into straight ones: tetrahedra,
-/// hexahedra, wedges and pyramids. Others, and curved cells of other types, stay.
+/// Cuts curved cells into straight ones, tetrahedra, hexahedra, wedges and pyramids: those of order 2 (VTK's types 24 to 27,
+/// 29 and 31 to 33), and Lagrange and Bézier tetrahedra, hexahedra and wedges of orders 1 to 6 (71 to 73, 78 to 80). Others, and
+/// curved cells of other types and orders, stay. Where all orders are 1, cells only get the types of straight ones.
 ///
 /// Edges are cut into the fewest parts that keep the tolerance, or as many as are allowed, at most
 /// [`MOST_PARTS`]; the report says which.
 ///
 /// # Errors
 /// A tolerance that is not above 0, those of [`TetMesh::new`](super::TetMesh::new) for cells and fields
-/// (where there are curved cells), and more points than memory holds.
+/// (where there are curved cells), a cell whose number of points fits no order or not its degrees, weights that are not above 0,
+/// and more points than memory holds.
 pub fn straighten(
     points: Vec<DVec3>,
-    cells: Cells,
+    mut cells: Cells,
     scalars: Vec<Scalars>,
+    extra: &Extra,
     how: Straightening,
 ) -> Result<Straightened, Error> {
     let tolerance = how.tolerance;
@@ -142,13 +198,7 @@ pub fn straighten(
             help: Some("give a number above 0, such as 1e-3".into()),
         });
     }
-    let mut kinds: HashMap<u8, Curved> = HashMap::new();
-    for &cell_type in &cells.types {
-        if let Some(curved) = Curved::of(cell_type) {
-            kinds.entry(cell_type).or_insert(curved);
-        }
-    }
-    if kinds.is_empty() {
+    if !cells.types.iter().any(|cell_type| is_curved(*cell_type)) {
         return Ok(Straightened {
             points,
             cells,
@@ -156,37 +206,59 @@ pub fn straighten(
             report: None,
         });
     }
-    check(&points, &cells, &scalars, &kinds)?;
-    let report = choose(&points, &cells, &scalars, &kinds, how);
-    Cutter::new(&kinds, report.parts).cut(points, &cells, scalars, report)
-}
-
-/// Refuses what [`TetMesh::new`](super::TetMesh::new) refuses of cells and the length of fields, and
-/// nodes of curved cells that are not finite.
-fn check(
-    points: &[DVec3],
-    cells: &Cells,
-    scalars: &[Scalars],
-    kinds: &HashMap<u8, Curved>,
-) -> Result<(), Error> {
-    split::check_cells(points, cells)?;
-    for (cell, cell_type) in cells.types.iter().enumerate() {
-        if kinds.contains_key(cell_type) {
-            for &node in nodes(cells, cell) {
-                check_point(points, cell, node)?;
+    check(&points, &cells, &scalars, extra)?;
+    let forms = Forms::new(&cells, extra)?;
+    check_nodes(&points, &cells, &forms)?;
+    if forms.are_straight(extra) {
+        for (cell_type, form) in cells.types.iter_mut().zip(&forms.of_cells) {
+            if let Some(kind) = forms.kinds.get(usize::from(*form)) {
+                *cell_type = kind.family.straight();
             }
         }
+        return Ok(Straightened {
+            points,
+            cells,
+            scalars,
+            report: None,
+        });
     }
-    for field in scalars {
-        let (expected, per) = match field.association {
+    let report = choose(&points, &cells, &scalars, &forms, extra, how);
+    Cutter::new(&forms, &cells, extra, report.parts).cut(points, scalars, report)
+}
+
+/// Refuses what [`TetMesh::new`](super::TetMesh::new) refuses of cells and the length of fields.
+fn check(points: &[DVec3], cells: &Cells, scalars: &[Scalars], extra: &Extra) -> Result<(), Error> {
+    check_counts(points.len(), cells.types.len())?;
+    split::check_cells(points, cells)?;
+    let wrong = |name: &str, count: usize, association| {
+        let (expected, per) = match association {
             Association::Point => (points.len(), "points"),
             Association::Cell => (cells.types.len(), "cells"),
         };
-        let (name, count) = (&field.name, field.values.len());
-        if count != expected {
-            return Err(Error::invalid(format!(
+        match count == expected {
+            true => Ok(()),
+            false => Err(Error::invalid(format!(
                 "field '{name}' has {count} values for {expected} {per}"
-            )));
+            ))),
+        }
+    };
+    for field in scalars {
+        wrong(&field.name, field.values.len(), field.association)?;
+    }
+    if !extra.degrees.is_empty() {
+        wrong("HigherOrderDegrees", extra.degrees.len(), Association::Cell)?;
+    }
+    if !extra.weights.is_empty() {
+        wrong("RationalWeights", extra.weights.len(), Association::Point)?;
+    }
+    Ok(())
+}
+
+/// Refuses nodes of curved cells that are not finite.
+fn check_nodes(points: &[DVec3], cells: &Cells, forms: &Forms) -> Result<(), Error> {
+    for (cell, _) in forms.cut() {
+        for &node in nodes(cells, cell) {
+            check_point(points, cell, node)?;
         }
     }
     Ok(())
@@ -202,19 +274,28 @@ fn choose(
     points: &[DVec3],
     cells: &Cells,
     scalars: &[Scalars],
-    kinds: &HashMap<u8, Curved>,
+    forms: &Forms,
+    extra: &Extra,
     how: Straightening,
 ) -> CurvedReport {
     let tolerance = how.tolerance;
-    let curved = |cell: usize| Some((kinds.get(&cells.types[cell])?, nodes(cells, cell)));
-    let all = || (0..cells.types.len()).filter_map(curved);
-    let greatest = |value: &dyn Fn(u64) -> DVec3| {
-        let bounds = all().map(|(curved, nodes)| {
+    let all: Vec<(&Curved, &[u64])> = forms
+        .cut()
+        .map(|(cell, kind)| (kind, nodes(cells, cell)))
+        .collect();
+    let greatest = |value: &(dyn Fn(u64) -> DVec3 + Sync)| {
+        let bounds = all.par_iter().map(|(kind, nodes)| {
             let values: Vec<DVec3> = nodes.iter().map(|&node| value(node)).collect();
-            curved.bend(&values)
+            let weights: Option<Vec<f64>> = (!extra.weights.is_empty()).then(|| {
+                nodes
+                    .iter()
+                    .map(|&node| extra.weights[node as usize])
+                    .collect()
+            });
+            kind.bend(&values, weights.as_deref())
         });
         // NaN, of missing values, is passed over.
-        bounds.fold(0.0, f64::max)
+        bounds.reduce(|| 0.0, f64::max)
     };
     let named = cells.connectivity.iter().map(|&p| points[p as usize]);
     let diagonal = Bounds::of(named).diagonal();
@@ -225,7 +306,8 @@ fn choose(
         .iter()
         .filter(|s| s.association == Association::Point)
     {
-        let used = all().flat_map(|(_, nodes)| nodes.iter().map(|&node| values[node as usize]));
+        let nodes = all.iter().flat_map(|(_, nodes)| *nodes);
+        let used = nodes.map(|&node| values[node as usize]);
         let finite = used.filter(|value| value.is_finite());
         let [low, high] = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
             [low.min(value), high.max(value)]
@@ -238,9 +320,12 @@ fn choose(
         }
     }
     let wanted = (shape.max(field) / tolerance).sqrt().ceil();
-    let count = all().count();
-    // Cells of n parts along each edge become n³, pyramids some twice that.
-    let fits = |&parts: &usize| parts <= 2 || count.saturating_mul(parts.pow(3)) <= how.most_cells;
+    let count = all.len();
+    // Cells of n parts along each edge become n³, pyramids some twice that. As many parts as the orders are
+    // always allowed, as the file has a node for each, and two.
+    let known = all.iter().map(|(kind, _)| kind.order.max(2).pow(3)).sum();
+    let most = how.most_cells.max(known);
+    let fits = |&parts: &usize| parts <= 2 || count.saturating_mul(parts.pow(3)) <= most;
     let wanted = (wanted as usize).clamp(1, MOST_PARTS);
     let parts = (1..=wanted).rev().find(fits).unwrap_or(1);
     let [shape, field] = [shape, field].map(|bend| bend / (parts * parts) as f64);
@@ -251,159 +336,11 @@ fn choose(
         field,
         // The root was rounded.
         is_kept: shape.max(field) <= tolerance * (1.0 + 1e-12),
-        is_estimate: all().any(|(curved, _)| curved.is_pyramid()),
+        is_estimate: all.iter().any(|(kind, _)| kind.is_pyramid()),
+        apart: 0,
+        gap: 0.0,
+        hanging: 0,
     }
-}
-
-/// A point of a lattice on a face, by the weights of the face's corners: up to four, by increasing
-/// corner. Both cells of the face say the same.
-type Name = [(u64, u64); 4];
-
-/// Cuts cells into a given number of parts: one lattice for each type.
-struct Cutter {
-    lattices: HashMap<u8, Lattice>,
-}
-
-impl Cutter {
-    fn new(kinds: &HashMap<u8, Curved>, parts: usize) -> Cutter {
-        let lattice = |(&cell_type, curved): (&u8, &Curved)| (cell_type, curved.lattice(parts));
-        Cutter {
-            lattices: kinds.iter().map(lattice).collect(),
-        }
-    }
-
-    fn cut(
-        &self,
-        mut points: Vec<DVec3>,
-        cells: &Cells,
-        scalars: Vec<Scalars>,
-        report: CurvedReport,
-    ) -> Result<Straightened, Error> {
-        let mut cut = Cells {
-            offsets: vec![0],
-            ..Cells::default()
-        };
-        let first = points.len() as u64;
-        // Where each new point is: its cell and its place in that cell's lattice.
-        let mut made: Vec<(usize, usize)> = Vec::new();
-        let mut sources: Vec<usize> = Vec::new();
-        let mut shared: HashMap<Name, u64> = HashMap::new();
-        let mut places: Vec<u64> = Vec::new();
-        for (cell, &cell_type) in cells.types.iter().enumerate() {
-            let nodes = nodes(cells, cell);
-            let Some(lattice) = self.lattices.get(&cell_type) else {
-                cut.types.push(cell_type);
-                cut.connectivity.extend(nodes);
-                cut.offsets.push(cut.connectivity.len() as u64);
-                sources.push(cell);
-                continue;
-            };
-            places.clear();
-            for (place, point) in lattice.points.iter().enumerate() {
-                let mut new = || {
-                    made.push((cell, place));
-                    first + made.len() as u64 - 1
-                };
-                places.push(match (point.node, name(&point.corners, nodes)) {
-                    (Some(node), _) => nodes[node],
-                    (None, Some(name)) => *shared.entry(name).or_insert_with(new),
-                    (None, None) => new(),
-                });
-            }
-            for (cell_type, corners) in &lattice.cells {
-                cut.types.push(*cell_type);
-                cut.connectivity
-                    .extend(corners.iter().map(|&corner| places[corner]));
-                cut.offsets.push(cut.connectivity.len() as u64);
-                sources.push(cell);
-            }
-        }
-        let weights = |&(cell, place): &(usize, usize)| {
-            let lattice = &self.lattices[&cells.types[cell]];
-            let weights = &lattice.points[place].weights;
-            weights
-                .iter()
-                .map(move |&(node, weight)| (nodes(cells, cell)[node] as usize, weight))
-        };
-        points
-            .try_reserve_exact(made.len())
-            .map_err(|_| Error::NoMemory {
-                what: "the points of curved cells".into(),
-                bytes: size_of_val(&*made) as u64,
-            })?;
-        for place in &made {
-            let point = weights(place)
-                .map(|(node, weight)| points[node] * weight)
-                .sum();
-            points.push(point);
-        }
-        let keep = without_nodes(points.len(), cells, &mut cut);
-        let spread = |field: Scalars| {
-            let mut values = field.values;
-            match field.association {
-                Association::Cell => values = sources.iter().map(|&cell| values[cell]).collect(),
-                Association::Point => {
-                    for place in &made {
-                        // Halves, so that great numbers do not overflow on the way.
-                        let half = weights(place).map(|(node, weight)| values[node] / 2.0 * weight);
-                        values.push(half.sum::<f64>() * 2.0);
-                    }
-                    retain(&mut values, &keep);
-                }
-            }
-            Scalars { values, ..field }
-        };
-        let scalars = scalars.into_iter().map(spread).collect();
-        retain(&mut points, &keep);
-        Ok(Straightened {
-            scalars,
-            points,
-            cells: cut,
-            report: Some(report),
-        })
-    }
-}
-
-/// Which points stay: nodes that only curved cells named, and parts do not, go. Numbers the
-/// points in `cut` anew; `cells` is the mesh before.
-fn without_nodes(points: usize, cells: &Cells, cut: &mut Cells) -> Vec<bool> {
-    let mut keep = vec![true; points];
-    let mut set = |cells: &Cells, to: bool| {
-        cells
-            .connectivity
-            .iter()
-            .for_each(|&point| keep[point as usize] = to);
-    };
-    set(cells, false);
-    set(cut, true);
-    let mut number = 0;
-    let numbers = keep.iter().map(|&keep| {
-        number += u64::from(keep);
-        number.wrapping_sub(1)
-    });
-    let numbers: Vec<u64> = numbers.collect();
-    for point in &mut cut.connectivity {
-        *point = numbers[*point as usize];
-    }
-    keep
-}
-
-fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
-    let mut keep = keep.iter();
-    values.retain(|_| *keep.next().expect("one for each"));
-}
-
-/// The name of a point on a face; `None` inside of the cell.
-fn name(corners: &[(usize, u64)], nodes: &[u64]) -> Option<Name> {
-    let mut name = [(u64::MAX, 0); 4];
-    if corners.len() > name.len() {
-        return None;
-    }
-    for (entry, &(corner, weight)) in name.iter_mut().zip(corners) {
-        *entry = (nodes[corner], weight);
-    }
-    name.sort_unstable();
-    Some(name)
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Gmsh's element types, and their nodes in VTK's order.
 
+use super::orders::{of_hexahedron, of_tetrahedron};
+
 /// An element type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Element {
@@ -19,7 +21,7 @@ pub(super) struct Cell {
     pub(super) kind: u8,
     /// For each point of the cell, which of the element's nodes it is.
     pub(super) order: &'static [usize],
-    /// Curves of order 3 and more: only the corners are taken.
+    /// Of order 3 and more, in types whose functions are not known here: only the corners are taken.
     pub(super) is_straightened: bool,
 }
 
@@ -81,12 +83,12 @@ pub(super) fn element(kind: i64) -> Option<Element> {
         18 => curved("prism", 15, 26, &PRISM[..15]),
         19 => curved("pyramid", 13, 27, &PYRAMID_13[..]),
         // Order 3 and more: complete, then with nodes on edges alone or on faces, too.
-        29 => tetrahedron(20),
-        30 => tetrahedron(35),
-        31 => tetrahedron(56),
+        29 => curved("tetrahedron", 20, 71, of_tetrahedron(3)),
+        30 => curved("tetrahedron", 35, 71, of_tetrahedron(4)),
+        31 => curved("tetrahedron", 56, 71, of_tetrahedron(5)),
         32 => tetrahedron(22),
         33 => tetrahedron(28),
-        71 => tetrahedron(84),
+        71 => curved("tetrahedron", 84, 71, of_tetrahedron(6)),
         72 => tetrahedron(120),
         73 => tetrahedron(165),
         74 => tetrahedron(220),
@@ -96,7 +98,13 @@ pub(super) fn element(kind: i64) -> Option<Element> {
         90..=91 => prism(complete_prism(number - 87)),
         106..=110 => prism(complete_prism(number - 101)),
         111..=117 => prism(24 + 9 * (number - 111)),
-        92..=98 => hexahedron((number - 88).pow(3)),
+        92..=95 => curved(
+            "hexahedron",
+            (number - 88).pow(3),
+            72,
+            of_hexahedron(number - 89),
+        ),
+        96..=98 => hexahedron((number - 88).pow(3)),
         99..=105 => hexahedron(32 + 12 * (number - 99)),
         118..=124 => pyramid((1..=number - 114).map(|side| side * side).sum()),
         125..=131 => pyramid(21 + 8 * (number - 125)),

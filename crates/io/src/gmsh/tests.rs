@@ -1,6 +1,8 @@
 use std::fs;
 use std::path::Path;
 
+use tetrascope_core::mesh::curved::lagrange_nodes;
+
 use super::*;
 
 fn fixture(name: &str) -> Vec<u8> {
@@ -369,13 +371,13 @@ fn values_of_other_nodes_alone_are_left_out() {
 }
 
 #[test]
-fn corners_of_higher_orders_are_taken() {
-    let nodes: Vec<String> = (1..=20)
+fn corners_of_elements_without_nodes_inside_are_taken() {
+    let nodes: Vec<String> = (1..=22)
         .map(|i| format!("{i} {i} {} {}", i * i % 7, i % 3))
         .collect();
-    let tags: Vec<String> = (1..=20).map(|i| i.to_string()).collect();
+    let tags: Vec<String> = (1..=22).map(|i| i.to_string()).collect();
     let text = format!(
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n20\n{}\n$EndNodes\n$Elements\n1\n1 29 0 {}\n$EndElements\n",
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n22\n{}\n$EndNodes\n$Elements\n1\n1 32 0 {}\n$EndElements\n",
         nodes.join("\n"),
         tags.join(" ")
     );
@@ -430,4 +432,38 @@ fn a_time_step_is_read_where_it_is_chosen() {
         let error = read(source(), Some(StepChoice::Number(2))).expect_err("not there");
         assert!(error.to_string().contains("time step 2"), "{name}: {error}");
     }
+}
+
+/// Whether the nodes of cells lie at their places in Gmsh's reference elements.
+fn check_orders(data: &MeshData) -> Vec<(u8, usize)> {
+    let mut found = Vec::new();
+    for (cell, &kind) in data.cells.types.iter().enumerate() {
+        let ends = &data.cells.offsets[cell..cell + 2];
+        let points = &data.cells.connectivity[ends[0] as usize..ends[1] as usize];
+        let order = (1..10).find(|&order| lagrange_nodes(kind, order).len() == points.len());
+        let order = order.expect("an order");
+        // A tetrahedron's edges are from 0 to 1, a hexahedron's from -1 to 1.
+        let (low, length) = if kind == 71 { (0.0, 1.0) } else { (-1.0, 2.0) };
+        for (&point, place) in points.iter().zip(lagrange_nodes(kind, order)) {
+            let at = place.map(|step| low + length * step as f64 / order as f64);
+            let expected = DVec3::from(at) + DVec3::X * (4 * cell) as f64;
+            // Numbers up to 24, of which Gmsh wrote 16 digits.
+            assert!(
+                (data.points[point as usize] - expected).length() < 1e-14,
+                "{kind} {order}"
+            );
+        }
+        found.push((kind, order));
+    }
+    found
+}
+
+#[test]
+fn nodes_of_orders_3_to_6_come_in_the_order_of_vtk() {
+    let data = read_fixture("higher_order/orders.msh");
+    assert!(data.notes.is_empty(), "{:?}", data.notes);
+    assert_eq!(
+        check_orders(&data),
+        [(71, 3), (71, 4), (71, 5), (71, 6), (72, 3), (72, 4)]
+    );
 }

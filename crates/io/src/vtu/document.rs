@@ -134,6 +134,8 @@ pub(super) struct Document<'a> {
     pub(super) image: Option<Image>,
     /// The structure that a `.vts` or `.vtr` file has in place of cells.
     pub(super) structure: Option<Structure>,
+    /// Of the format, major and minor; 0 where the file says none.
+    pub(super) version: [u32; 2],
     pub(super) endian: Endian,
     /// Headers of binary data are 64-bit numbers, else 32-bit.
     pub(super) wide_headers: bool,
@@ -170,6 +172,7 @@ impl<'a> Document<'a> {
             document: Document {
                 image: None,
                 structure: None,
+                version: [0; 2],
                 endian: Endian::Little,
                 wide_headers: false,
                 compressor: Compressor::None,
@@ -215,6 +218,16 @@ fn cut_appended<'a>(source: &Source, start: usize, tail: &'a [u8]) -> Result<App
         Some(bytes) => Ok(Appended { bytes, raw }),
         None => Err(source.error(at, "there is no underscore before the appended data")),
     }
+}
+
+/// Major and minor version of a format; 0 for what is not there.
+pub(crate) fn version(text: &str) -> [u32; 2] {
+    let mut numbers = text
+        .trim()
+        .split('.')
+        .map(|number| number.parse().unwrap_or(0));
+    let mut next = || numbers.next().unwrap_or(0);
+    [next(), next()]
 }
 
 struct Parser<'a> {
@@ -439,6 +452,7 @@ impl<'a> Parser<'a> {
             );
         }
         let document = &mut self.document;
+        document.version = version(get("version").unwrap_or_default());
         document.endian = match get("byte_order") {
             Some("BigEndian") => Endian::Big,
             Some("LittleEndian") | None => Endian::Little,

@@ -45,6 +45,7 @@ impl File {
         Document {
             image: None,
             structure: None,
+            version: [0; 2], // it says nothing of arrays
             endian: self.endian,
             wide_headers: self.wide_headers,
             compressor: self.compressor.clone(),

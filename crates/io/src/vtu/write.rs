@@ -14,6 +14,7 @@ use tetrascope_core::mesh::Association;
 use crate::MeshData;
 use crate::appended::{Appended, Compression};
 use crate::fields::Array;
+use crate::higher_order::is_renumbered;
 use crate::image::extension;
 use crate::whole_file::{check_writable, write_with};
 
@@ -137,12 +138,6 @@ fn write_all<const N: usize>(
     out.write_all(&bytes)
 }
 
-/// Whether a cell's points beyond its corners have a numbering that VTK has changed: hexahedra
-/// of any order.
-fn is_renumbered(kind: u8) -> bool {
-    matches!(kind, 67 | 72 | 79)
-}
-
 impl MeshData {
     /// The parts of the file from which this mesh was read that [`write_vtu`] does not keep, one sentence
     /// each.
@@ -150,12 +145,6 @@ impl MeshData {
         let mut lost = Vec::new();
         let left_out = self.left_out.iter();
         lost.extend(left_out.map(|(name, why)| format!("array '{name}' is not written: {why}")));
-        if self.cells.types.iter().copied().any(is_renumbered) {
-            lost.push(
-                "points on edges of hexahedra of any order keep the file's numbering, which VTK changed in 9.1"
-                    .into(),
-            );
-        }
         lost
     }
 }
@@ -174,7 +163,12 @@ fn write(
         kept
     };
     let places = || mesh.points.iter().flat_map(|point| point.to_array());
-    let mut appended = Appended::begin(out, "UnstructuredGrid", compression)?;
+    // VTK's version from which on hexahedra of any order are numbered as since VTK 9.
+    let version = match mesh.cells.types.iter().copied().any(is_renumbered) {
+        true => "2.1",
+        false => "1.0",
+    };
+    let mut appended = Appended::begin(out, ("UnstructuredGrid", version), compression)?;
     writeln!(out, "<UnstructuredGrid>")?;
     writeln!(
         out,

@@ -6,24 +6,11 @@
 /// Points and cells that one cell becomes.
 #[derive(Clone, Debug)]
 pub(super) struct Lattice {
-    pub(super) points: Vec<Point>,
+    /// For each point the corners whose weight is not 0, in parts of [`whole`].
+    pub(super) points: Vec<Vec<(usize, u64)>>,
     /// VTK's type, and places among the points.
     pub(super) cells: Vec<(u8, Vec<usize>)>,
 }
-
-/// A point of a lattice.
-#[derive(Clone, Debug)]
-pub(super) struct Point {
-    /// The corners whose weight is not 0, in parts of [`whole`].
-    pub(super) corners: Vec<(usize, u64)>,
-    /// The cell's nodes with their functions' values there, where these are not 0.
-    pub(super) weights: Vec<(usize, f64)>,
-    /// The node that lies there, if one does.
-    pub(super) node: Option<usize>,
-}
-
-/// Weights of corners, point by point, and the cells between the points.
-type Places = (Vec<Vec<(usize, u64)>>, Vec<(u8, Vec<usize>)>);
 
 /// Divisible by all numbers up to 16, the most parts.
 const DIVISIBLE: u64 = 720_720;
@@ -43,7 +30,7 @@ fn named<const N: usize>(weights: [u64; N]) -> Vec<(usize, u64)> {
 }
 
 /// Tetrahedra: n³ of them. What is between four at the corners is an octahedron, and becomes four.
-pub(super) fn tetrahedron(n: usize) -> Places {
+pub(super) fn tetrahedron(n: usize) -> Lattice {
     let unit = whole(n) / n as u64;
     let mut points = Vec::new();
     let mut index = vec![0; (n + 1).pow(3)];
@@ -77,11 +64,11 @@ pub(super) fn tetrahedron(n: usize) -> Places {
             }
         }
     }
-    (points, cells)
+    Lattice { points, cells }
 }
 
 /// Hexahedra: n³ of them.
-pub(super) fn hexahedron(n: usize) -> Places {
+pub(super) fn hexahedron(n: usize) -> Lattice {
     let unit = whole(n) / (n as u64).pow(3);
     let mut points = Vec::new();
     for k in 0..=n {
@@ -114,11 +101,11 @@ pub(super) fn hexahedron(n: usize) -> Places {
             }
         }
     }
-    (points, cells)
+    Lattice { points, cells }
 }
 
 /// Wedges: n³ of them.
-pub(super) fn wedge(n: usize) -> Places {
+pub(super) fn wedge(n: usize) -> Lattice {
     let unit = whole(n) / (n as u64).pow(2);
     let mut points = Vec::new();
     let mut index = vec![0; (n + 1).pow(3)];
@@ -150,11 +137,11 @@ pub(super) fn wedge(n: usize) -> Places {
             }
         }
     }
-    (points, cells)
+    Lattice { points, cells }
 }
 
 /// Pyramids, upright and upside down, and tetrahedra between them.
-pub(super) fn pyramid(n: usize) -> Places {
+pub(super) fn pyramid(n: usize) -> Lattice {
     let mut points = Vec::new();
     let mut first = Vec::new();
     for k in 0..=n {
@@ -214,5 +201,5 @@ pub(super) fn pyramid(n: usize) -> Places {
             }
         }
     }
-    (points, cells)
+    Lattice { points, cells }
 }

@@ -1,9 +1,14 @@
 use crate::Unit as _;
 use glam::DVec3;
 
+use super::form::Form;
 use super::shapes::{Curved, Family};
 use super::*;
 use crate::TetMesh;
+use std::collections::HashMap;
+
+mod lagrange;
+mod neighbors;
 
 /// Where VTK has the nodes of each type, in steps of half an edge (`GetParametricCoords`).
 const NODES: [(u8, &str); 8] = [
@@ -53,6 +58,53 @@ fn reference(cell_type: u8) -> Vec<DVec3> {
     }
 }
 
+/// The kind of a cell of order 2.
+fn kind(cell_type: u8) -> Curved {
+    let nodes = reference(cell_type).len();
+    let form = Form::of(cell_type, nodes, None).expect("an order");
+    Curved::new(&form.expect("a curved type"))
+}
+
+/// The report of a cut into so many parts, as if there was no bound.
+fn blank(parts: usize) -> CurvedReport {
+    CurvedReport {
+        cells: 1,
+        parts,
+        shape: 0.0,
+        field: 0.0,
+        is_kept: true,
+        is_estimate: false,
+        apart: 0,
+        gap: 0.0,
+        hanging: 0,
+    }
+}
+
+/// A mesh cut into so many parts along each edge.
+fn cut_into(
+    parts: usize,
+    points: Vec<DVec3>,
+    cells: &Cells,
+    scalars: Vec<Scalars>,
+    extra: &Extra,
+) -> Straightened {
+    let forms = Forms::new(cells, extra).expect("they have forms");
+    let cutter = Cutter::new(&forms, cells, extra, parts);
+    cutter
+        .cut(points, scalars, blank(parts))
+        .expect("it is cut")
+}
+
+/// The tetrahedra of a mesh that was cut, with a field that is 0.
+fn mesh_of(cut: Straightened) -> TetMesh {
+    let scalars = Scalars {
+        name: "s".into(),
+        association: Association::Point,
+        values: vec![0.0; cut.points.len()],
+    };
+    TetMesh::new(cut.points, &cut.cells, scalars).expect("a mesh")
+}
+
 /// The weights of the corners at a point of the reference cell.
 fn shares(family: Family, p: DVec3) -> [f64; 8] {
     let [x, y, z] = p.to_array();
@@ -84,9 +136,26 @@ fn shares(family: Family, p: DVec3) -> [f64; 8] {
 
 /// A function with these values at the cell's nodes, at a point of the reference cell.
 fn value(curved: &Curved, values: &[DVec3], p: DVec3) -> DVec3 {
-    let functions = curved.family.functions(&shares(curved.family, p));
+    let functions = functions(curved, p);
     let full = curved.fill(values);
     functions.iter().zip(full).map(|(f, v)| v * *f).sum()
+}
+
+/// So where nodes have weights.
+fn rational_value(curved: &Curved, values: &[DVec3], weights: &[f64], p: DVec3) -> DVec3 {
+    let weighted = values.iter().zip(weights).map(|(v, w)| *v * *w);
+    let weights = weights.iter().map(|w| DVec3::X * *w);
+    let sum = value(curved, &weights.collect::<Vec<_>>(), p).x;
+    value(curved, &weighted.collect::<Vec<_>>(), p) / sum
+}
+
+/// The functions of the full set at a point of the reference cell.
+fn functions(curved: &Curved, p: DVec3) -> Vec<f64> {
+    let shares = shares(curved.family, p);
+    let scaled = |corners: &[usize], order: usize| {
+        order as f64 * corners.iter().map(|&corner| shares[corner]).sum::<f64>()
+    };
+    curved.functions(&scaled)
 }
 
 /// Numbers in [−1, 1] that are as random as a sine makes them.
@@ -117,9 +186,9 @@ fn one(cell_type: u8, points: Vec<DVec3>, values: Vec<f64>) -> (Vec<DVec3>, Cell
 #[test]
 fn functions_are_one_at_their_node_and_zero_at_the_others() {
     for (cell_type, _) in NODES {
-        let curved = Curved::of(cell_type).expect("a curved type");
+        let curved = kind(cell_type);
         let nodes = reference(cell_type);
-        assert_eq!(nodes.len(), curved.nodes());
+        assert_eq!(nodes.len(), curved.nodes);
         for (i, &p) in nodes.iter().enumerate() {
             for j in 0..nodes.len() {
                 let mut values = vec![DVec3::ZERO; nodes.len()];
@@ -138,7 +207,7 @@ fn functions_are_one_at_their_node_and_zero_at_the_others() {
 #[test]
 fn what_is_linear_stays_linear() {
     for (cell_type, _) in NODES {
-        let curved = Curved::of(cell_type).expect("a curved type");
+        let curved = kind(cell_type);
         let nodes = reference(cell_type);
         for seed in 0..50 {
             let q = (vector(f64::from(seed)) + 1.0) / 2.0;
@@ -162,44 +231,32 @@ fn what_is_linear_stays_linear() {
 
 /// The greatest difference between a function and its interpolants on parts, over the bound.
 fn worst(cell_type: u8, parts: usize, seed: f64) -> f64 {
-    let curved = Curved::of(cell_type).expect("a curved type");
+    let curved = kind(cell_type);
     let nodes = reference(cell_type);
-    let values: Vec<DVec3> = (0..nodes.len())
-        .map(|i| vector(seed + 3.1 * i as f64))
-        .collect();
-    let kinds = HashMap::from([(cell_type, curved.clone())]);
-    let report = CurvedReport {
-        cells: 1,
-        parts,
-        shape: 0.0,
-        field: 0.0,
-        is_kept: true,
-        is_estimate: false,
-    };
-    let (points, cells, scalars) = one(cell_type, nodes, vec![0.0; values.len()]);
-    let cut = Cutter::new(&kinds, parts)
-        .cut(points, &cells, vec![], report)
-        .expect("it is cut");
-    let zeros = Scalars {
-        values: vec![0.0; cut.points.len()],
-        ..scalars
-    };
-    let mesh = TetMesh::new(cut.points, &cut.cells, zeros).expect("a mesh");
-    let bound = curved.bend(&values) / (parts * parts) as f64;
+    let values = (0..nodes.len()).map(|i| vector(seed + 3.1 * i as f64));
+    let values: Vec<DVec3> = values.collect();
+    let (points, cells, _) = one(cell_type, nodes, vec![]);
+    let mesh = mesh_of(cut_into(parts, points, &cells, vec![], &Extra::default()));
+    let bound = curved.bend(&values, None) / (parts * parts) as f64;
+    sampled_difference(&mesh, &|p| value(&curved, &values, p)) / bound
+}
+
+/// The greatest difference between a function on a mesh and its interpolants on the tetrahedra.
+fn sampled_difference(mesh: &TetMesh, function: &dyn Fn(DVec3) -> DVec3) -> f64 {
     let mut most = 0.0_f64;
     for cell in 0..mesh.cell_count() {
         let corners = mesh.cell_points(cell);
-        let at = corners.map(|p| value(&curved, &values, p));
+        let at = corners.map(function);
         for sample in 0..12 {
             let weights = [0, 1, 2, 3].map(|i| {
-                (noise(seed + 17.0 * f64::from(sample) + 5.3 * f64::from(i)) + 1.0).max(1e-9)
+                (noise(at[0].x + 17.0 * f64::from(sample) + 5.3 * f64::from(i)) + 1.0).max(1e-9)
             });
             let sum: f64 = weights.iter().sum();
             let mix = |v: [DVec3; 4]| (0..4).map(|i| v[i] * (weights[i] / sum)).sum::<DVec3>();
-            most = most.max((value(&curved, &values, mix(corners)) - mix(at)).length());
+            most = most.max((function(mix(corners)) - mix(at)).length());
         }
     }
-    most / bound
+    most
 }
 
 #[test]
@@ -212,144 +269,6 @@ fn the_bound_holds_and_is_near() {
         assert!(most <= 1.0, "{cell_type}: {most}");
         // A bound that is far from any error would cut cells in vain.
         assert!(is_estimate || most > 0.1, "{cell_type}: {most}");
-    }
-}
-
-/// Curved cells that are neighbors, bent by a smooth map: of every family without nodes in faces, or
-/// a hexahedron and wedges with such nodes, which pyramids and tetrahedra do not have.
-fn mixed(bend: f64, in_faces: bool) -> (Vec<DVec3>, Cells) {
-    let mut points: Vec<DVec3> = Vec::new();
-    let mut known: HashMap<[u64; 3], u64> = HashMap::new();
-    let mut cells = Cells {
-        offsets: vec![0],
-        ..Cells::default()
-    };
-    let map = |p: DVec3| {
-        p + bend
-            * DVec3::new(
-                (2.0 * p.y).sin() * p.z,
-                (1.5 * p.x).cos() * p.z,
-                (p.x * p.y).sin(),
-            )
-    };
-    let mut add = |cell_type: u8, corners: &[DVec3]| {
-        // Nodes of straight reference cells, moved to these corners.
-        let curved = Curved::of(cell_type).expect("a curved type");
-        for p in reference(cell_type) {
-            let at: DVec3 = corners
-                .iter()
-                .zip(shares(curved.family, p))
-                .map(|(c, w)| *c * w)
-                .sum();
-            let key = at.to_array().map(|x| (x * 64.0).round() as u64);
-            let point = *known.entry(key).or_insert_with(|| {
-                points.push(map(at));
-                points.len() as u64 - 1
-            });
-            cells.connectivity.push(point);
-        }
-        cells.types.push(cell_type);
-        cells.offsets.push(cells.connectivity.len() as u64);
-    };
-    let cube = |x: f64| {
-        [
-            [0, 0, 0],
-            [1, 0, 0],
-            [1, 1, 0],
-            [0, 1, 0],
-            [0, 0, 1],
-            [1, 0, 1],
-            [1, 1, 1],
-            [0, 1, 1],
-        ]
-        .map(|p: [u8; 3]| DVec3::new(x + f64::from(p[0]), f64::from(p[1]), f64::from(p[2])))
-    };
-    // A hexahedron, two wedges on its side, and six pyramids around the middle of a third cube.
-    let [hexahedron, wedge] = if in_faces { [29, 32] } else { [25, 26] };
-    add(hexahedron, &cube(0.0));
-    let c = cube(1.0);
-    // The face x = 1 is a quadrilateral of the first wedge, and x = 2 one of the second.
-    add(wedge, &[c[0], c[3], c[1], c[4], c[7], c[5]]);
-    add(wedge, &[c[2], c[1], c[3], c[6], c[5], c[7]]);
-    if in_faces {
-        return (points, cells);
-    }
-    let d = cube(2.0);
-    let top = DVec3::new(2.5, 0.5, 0.5);
-    for face in [
-        [0, 4, 7, 3],
-        [1, 2, 6, 5],
-        [0, 1, 5, 4],
-        [3, 7, 6, 2],
-        [0, 3, 2, 1],
-        [4, 5, 6, 7],
-    ] {
-        // Counterclockwise from outside, so clockwise from the top: VTK's base is the other way round.
-        let [a, b, e, f] = face.map(|corner| d[corner]);
-        add(27, &[f, e, b, a, top]);
-    }
-    // A pyramid on the hexahedron, and a tetrahedron on its side.
-    let apex = DVec3::new(0.5, 0.5, 2.0);
-    add(
-        27,
-        &[
-            DVec3::new(0.0, 0.0, 1.0),
-            DVec3::new(1.0, 0.0, 1.0),
-            DVec3::new(1.0, 1.0, 1.0),
-            DVec3::new(0.0, 1.0, 1.0),
-            apex,
-        ],
-    );
-    add(
-        24,
-        &[
-            DVec3::new(1.0, 0.0, 1.0),
-            DVec3::new(1.0, 1.0, 1.0),
-            apex,
-            DVec3::new(2.0, 0.5, 2.0),
-        ],
-    );
-    (points, cells)
-}
-
-#[test]
-fn parts_of_neighbors_of_every_kind_meet() {
-    // Free quadrilaterals: four of the hexahedron, one of each wedge, five of the third cube; or five,
-    // one and two. Free triangles: four of the wedges, three of the pyramid on top, three of the
-    // tetrahedron; or four. All other faces have two cells.
-    for (in_faces, quadrilaterals, triangles) in
-        [(false, 4 + 2 + 5, 4 + 3 + 3), (true, 5 + 1 + 2, 4)]
-    {
-        let (points, cells) = mixed(0.07, in_faces);
-        let kinds = cells
-            .types
-            .iter()
-            .map(|&t| (t, Curved::of(t).expect("curved")));
-        let kinds: HashMap<u8, Curved> = kinds.collect();
-        for parts in 1..=4 {
-            let report = CurvedReport {
-                cells: 0,
-                parts,
-                shape: 0.0,
-                field: 0.0,
-                is_kept: true,
-                is_estimate: true,
-            };
-            let cut = Cutter::new(&kinds, parts)
-                .cut(points.clone(), &cells, vec![], report)
-                .expect("it is cut");
-            let scalars = Scalars {
-                name: "s".into(),
-                association: Association::Point,
-                values: vec![0.0; cut.points.len()],
-            };
-            let mesh = TetMesh::new(cut.points, &cut.cells, scalars).expect("a mesh");
-            let free = (2 * quadrilaterals + triangles) * parts * parts;
-            assert_eq!(mesh.boundary_faces().len(), free, "{parts}");
-            assert!(mesh.boundary_statistics().closed, "{parts}");
-            assert_eq!(mesh.report().coincident_points, 0);
-            assert_eq!((mesh.report().flipped, mesh.report().unused_points), (0, 0));
-        }
     }
 }
 
@@ -373,6 +292,7 @@ fn the_tolerance_is_kept_and_said() {
             points.clone(),
             cells.clone(),
             vec![scalars.clone()],
+            &Extra::default(),
             Straightening::to(tolerance),
         )
         .expect("it is cut");
@@ -391,7 +311,14 @@ fn the_tolerance_is_kept_and_said() {
             "{text}"
         );
     }
-    let cut = straighten(points, cells, vec![scalars], Straightening::to(1e-6)).expect("it is cut");
+    let cut = straighten(
+        points,
+        cells,
+        vec![scalars],
+        &Extra::default(),
+        Straightening::to(1e-6),
+    )
+    .expect("it is cut");
     let report = cut.report.expect("there is a curved cell");
     assert!(!report.is_kept && report.parts == MOST_PARTS, "{report:?}");
     assert!(
@@ -405,23 +332,8 @@ fn the_tolerance_is_kept_and_said() {
 fn volumes_converge_at_second_order() {
     // The map of a triquadratic cell is a polynomial: its volume is that of very fine parts.
     let volume = |parts: usize| {
-        let (points, cells, scalars) = ball();
-        let kinds = HashMap::from([(29, Curved::of(29).expect("curved"))]);
-        let report = CurvedReport {
-            cells: 1,
-            parts,
-            shape: 0.0,
-            field: 0.0,
-            is_kept: true,
-            is_estimate: false,
-        };
-        let cut = Cutter::new(&kinds, parts)
-            .cut(points, &cells, vec![scalars], report)
-            .expect("it is cut");
-        let scalars = cut.scalars.into_iter().next().expect("one field");
-        TetMesh::new(cut.points, &cut.cells, scalars)
-            .expect("a mesh")
-            .volume()
+        let (points, cells, _) = ball();
+        mesh_of(cut_into(parts, points, &cells, vec![], &Extra::default())).volume()
     };
     // The limit of a sequence whose errors fall by 4: (4 v₁₆ − v₈) / 3, off by a hundredth of v₁₆'s error.
     let limit = (4.0 * volume(16) - volume(8)) / 3.0;
@@ -452,6 +364,7 @@ fn straight_cells_and_cell_data_go_through() {
         points,
         cells,
         vec![of_cells, of_points],
+        &Extra::default(),
         Straightening::to(0.1),
     )
     .expect("it is cut");
@@ -476,7 +389,14 @@ fn values_that_are_none_stay_where_they_are() {
     scalars.values[0] = f64::NAN;
     scalars.values[1] = 1e308;
     scalars.values[2] = -1e308;
-    let cut = straighten(points, cells, vec![scalars], Straightening::to(1e-2)).expect("it is cut");
+    let cut = straighten(
+        points,
+        cells,
+        vec![scalars],
+        &Extra::default(),
+        Straightening::to(1e-2),
+    )
+    .expect("it is cut");
     let values = &cut.scalars[0].values;
     // On the face opposite to the corner without a value it is not used.
     for (point, value) in cut.points.iter().zip(values) {
@@ -493,6 +413,7 @@ fn wrong_input_is_refused() {
             points.clone(),
             cells.clone(),
             vec![scalars.clone()],
+            &Extra::default(),
             Straightening::to(tolerance),
         );
         assert!(
@@ -507,8 +428,14 @@ fn wrong_input_is_refused() {
         offsets: vec![0, 4],
         connectivity: vec![0, 1, 2, 3],
     };
-    let error =
-        straighten(points.clone(), short, vec![], Straightening::to(0.1)).expect_err("four points");
+    let error = straighten(
+        points.clone(),
+        short,
+        vec![],
+        &Extra::default(),
+        Straightening::to(0.1),
+    )
+    .expect_err("four points");
     assert!(error.to_string().contains("it must have 10"), "{error}");
     let one_value = Scalars {
         values: vec![0.0],
@@ -516,25 +443,48 @@ fn wrong_input_is_refused() {
     };
     let mut beyond = cells.clone();
     beyond.connectivity[9] = 10;
-    let error = straighten(points.clone(), beyond, vec![], Straightening::to(0.1))
-        .expect_err("no such point");
+    let error = straighten(
+        points.clone(),
+        beyond,
+        vec![],
+        &Extra::default(),
+        Straightening::to(0.1),
+    )
+    .expect_err("no such point");
     assert!(error.to_string().contains("10"), "{error}");
     let bad_offsets = Cells {
         offsets: vec![0, 12],
         ..cells.clone()
     };
-    assert!(straighten(points.clone(), bad_offsets, vec![], Straightening::to(0.1)).is_err());
+    assert!(
+        straighten(
+            points.clone(),
+            bad_offsets,
+            vec![],
+            &Extra::default(),
+            Straightening::to(0.1)
+        )
+        .is_err()
+    );
     let error = straighten(
         points.clone(),
         cells.clone(),
         vec![one_value],
+        &Extra::default(),
         Straightening::to(0.1),
     );
     let error = error.expect_err("one value").to_string();
     assert_eq!(error, "field 's' has 1 values for 10 points");
     let mut infinite = points;
     infinite[7].y = f64::INFINITY;
-    let error = straighten(infinite, cells, vec![], Straightening::to(0.1)).expect_err("infinite");
+    let error = straighten(
+        infinite,
+        cells,
+        vec![],
+        &Extra::default(),
+        Straightening::to(0.1),
+    )
+    .expect_err("infinite");
     assert!(error.to_string().contains('7'), "{error}");
 }
 
@@ -549,6 +499,7 @@ fn a_mesh_without_curved_cells_stays_as_it_is() {
         points.clone(),
         cells.clone(),
         vec![scalars.clone()],
+        &Extra::default(),
         Straightening::to(0.1),
     )
     .expect("it stays");
@@ -576,8 +527,8 @@ fn functions_are_those_of_vtk() {
         (33, -0.8873967160775115),
     ];
     for (cell_type, expected) in known {
-        let curved = Curved::of(cell_type).expect("a curved type");
-        let nodes = (0..curved.nodes()).map(|i| DVec3::X * (i as f64).cos());
+        let curved = kind(cell_type);
+        let nodes = (0..curved.nodes).map(|i| DVec3::X * (i as f64).cos());
         let nodes: Vec<DVec3> = nodes.collect();
         let found = value(&curved, &nodes, DVec3::new(0.3, 0.2, 0.4)).x;
         // Some thirty products of numbers below 1.
