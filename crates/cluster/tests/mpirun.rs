@@ -1,5 +1,7 @@
 //! The program, started by `mpirun`. Each run has a time limit: a rank that waits for another forever is a failure.
 
+#![cfg(feature = "mpi")]
+
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
