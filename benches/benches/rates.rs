@@ -1,4 +1,4 @@
-//! What a frame costs in which nothing shows, and what an edited transfer function costs:
+//! The costs of a frame in which nothing shows, and of an edited transfer function:
 //! `slicing/bump/262k samples/empty frame/default`, `projection/blunt-fin/187k cells/edit/order=mpvo`.
 //!
 //! An empty frame is 64×64 pixels of a volume that is transparent throughout: passes, submission

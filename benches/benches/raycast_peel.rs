@@ -200,7 +200,7 @@ fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values.into_iter().fold((f64::INFINITY, 0.0), around)
 }
 
-/// What the paper's tables have of one mesh and one table of integrals, over three cameras.
+/// The columns of the paper's tables for one mesh and one table of integrals, over three cameras.
 struct Rows {
     name: &'static str,
     cells: usize,
@@ -305,7 +305,7 @@ fn tables(criterion: &mut Criterion) {
     println!("{SIDE}x{SIDE} pixels on {}", gpu.describe());
 }
 
-/// What tiles are worth on the Blunt Fin, and occlusion queries: frames with 1x1 and 4x4 tiles.
+/// The benefit of tiles and of occlusion queries on the Blunt Fin: frames with 1x1 and 4x4 tiles.
 fn tiling(criterion: &mut Criterion) {
     let context = Context::new();
     let (Some(gpu), Some(mesh)) = (gpu(&context), blunt_fin(BENCH)) else {

@@ -61,7 +61,7 @@ fn file(name: &str) -> Option<Volume> {
     let path = tetrascope_testing::file("slicing", name)?;
     match read_file(&path, &ReadOptions::default()).expect("a valid file") {
         FileData::Grid(grid) => Some(grid.into_volume(None).expect("it has a field").0),
-        FileData::Mesh(_) | FileData::Clusters(_) => panic!("{} is no grid", path.display()),
+        FileData::Mesh(_) | FileData::Clusters(_) => panic!("{} is not a grid", path.display()),
     }
 }
 

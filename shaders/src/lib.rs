@@ -333,7 +333,7 @@ pub mod raycast_peel {
     );
 }
 
-/// Ray casting a step a pass (`ping_pong` of `tetrascope-raycast-peel`).
+/// Ray casting one step per pass (`ping_pong` of `tetrascope-raycast-peel`).
 pub mod ping_pong {
     /// Phases 1 and 2: where rays come in, by planes as published.
     pub const ENTRY: &str = program!(

@@ -29,7 +29,7 @@ use crate::setup;
 use statistics::Comparison;
 use worktree::Worktree;
 
-/// What to compare.
+/// Options of `cargo xtask bench`.
 #[derive(clap::Args)]
 pub struct Options {
     /// The revision to compare the working tree with

@@ -39,7 +39,7 @@ use crate::report::{
 };
 use crate::{figures, machine, setup, sweep};
 
-/// What to compare.
+/// Options of `cargo xtask compare`.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Options {
     /// Mesh files, scene files (.toml, .json) or data sets [default: sphere heat-sink angiography]

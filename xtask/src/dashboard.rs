@@ -28,7 +28,7 @@ use crate::setup;
 use criterion::Measurement;
 use history::{History, Place};
 
-/// What to measure, and where to.
+/// Options of `cargo xtask dashboard`.
 #[derive(clap::Args)]
 pub struct Options {
     /// Run the benchmarks first, or those whose names contain FILTER

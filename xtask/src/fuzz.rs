@@ -22,7 +22,7 @@ use crate::cargo::{cargo, ended_by_signals, finish, not_started};
 use crate::machine::{root, target};
 use crate::output::print;
 
-/// What to run, and for how long.
+/// Options of `cargo xtask fuzz`.
 #[derive(clap::Args)]
 pub struct Options {
     /// How long each target runs
@@ -49,7 +49,7 @@ const TIME_LIMIT: u64 = 10;
 /// Runs the targets; whether no fault was found.
 ///
 /// # Errors
-/// What is missing for it, a target that does not exist, what does not build or run, an
+/// A tool that is missing, a target that does not exist, a program that does not build or run, an
 /// interruption.
 pub fn run(options: &Options) -> Result<bool, Error> {
     ended_by_signals(|interrupted| run_until(interrupted, options))
@@ -340,7 +340,7 @@ pub struct Count {
     pub corpus: u64,
     /// Greatest resident set of the process, megabytes.
     pub megabytes: u64,
-    /// Inputs with a panic, too much memory, too much time, or a message that is none.
+    /// Inputs with a panic, too much memory, too much time, or an empty message.
     pub faults: u64,
 }
 

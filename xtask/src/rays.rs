@@ -43,7 +43,7 @@ fn count(text: &str) -> Result<f64, String> {
 /// Casts them; whether none was lost.
 ///
 /// # Errors
-/// What does not build or run, a folder that cannot be written, an interruption.
+/// A program that does not build or run, a folder that cannot be written, an interruption.
 pub fn run(options: &Options) -> Result<bool, Error> {
     ended_by_signals(|interrupted| run_until(interrupted, options))
 }

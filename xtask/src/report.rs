@@ -354,7 +354,7 @@ impl Report {
     /// Reads a report that [`Report::to_json`] has written; what is promised is asked again.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// The fault, in words.
     pub fn from_json(json: &[u8]) -> Result<Report, String> {
         #[derive(Deserialize)]
         struct Version {

@@ -273,7 +273,7 @@ fn apt(prefix: &[&str], arguments: &[&str]) -> bool {
     let program = words.next().expect("there is `env` at least");
     let mut command = Command::new(program);
     command.args(words).args(arguments);
-    // Results go to stdout, and this is none.
+    // Only results go to stdout.
     command.stdout(std::io::stderr());
     command.status().is_ok_and(|status| status.success())
 }

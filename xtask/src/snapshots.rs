@@ -30,7 +30,7 @@ use crate::output::{print, write};
 use crate::setup;
 use compare::Store;
 
-/// What to do with the reviewed pictures and texts.
+/// Options of `cargo xtask snapshots`.
 #[derive(clap::Args)]
 pub struct Options {
     #[command(subcommand)]

@@ -44,7 +44,7 @@ use self::watch::Watch;
 use crate::output::{phase, print, progress, write};
 use crate::{machine, setup};
 
-/// What to draw.
+/// Options of `cargo xtask stability`.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Options {
     /// Only cases whose name or group contains one of these [default: all]
@@ -70,7 +70,7 @@ pub struct Options {
 /// How long a picture may take before it counts as hanging: all take milliseconds.
 const HANGS: Duration = Duration::from_secs(120);
 
-/// The same of a case that is drawn where it is asked for: a step a pass takes minutes.
+/// The same of a case that is drawn where it is asked for: one step per pass takes minutes.
 const LONG_HANGS: Duration = Duration::from_secs(1200);
 
 /// Every case.

@@ -1,4 +1,4 @@
-//! What frames count and how `report.json` is laid out, as reviewed texts.
+//! Counters of frames and the layout of `report.json`, as reviewed texts.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;

@@ -61,7 +61,7 @@ pub struct Scalars {
     pub name: String,
     /// Where the values live.
     pub association: Association,
-    /// One for each point or each input cell. What is no value ([`is_value`]) becomes NaN in
+    /// One for each point or each input cell. A number that is not a value ([`is_value`]) becomes NaN in
     /// a [`TetMesh`], and cells that have it are transparent.
     pub values: Vec<f64>,
 }
@@ -354,7 +354,7 @@ impl TetMesh {
                 scalars.values.len()
             )));
         }
-        // From here on, what is no value is NaN.
+        // Mark missing values by NaN.
         for value in scalars.values.iter_mut().filter(|v| !is_value(**v)) {
             *value = f64::NAN;
         }

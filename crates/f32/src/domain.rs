@@ -8,7 +8,7 @@ use tetrascope_core::{Bounds, Error, ScalarUnits, TetMesh};
 /// steps of a time series, round each vertex and each scalar alike: their numbers in f32 are
 /// those of the whole to the last bit, and a depth cue goes over all of them. (A map of scalars
 /// that a restyle keeps, as digits are left, is the same in renderers that were restyled alike.)
-/// What is not relative to it: a table of integrals ends at each mesh's own longest edge, and
+/// Two things are not relative to it: a table of integrals ends at each mesh's own longest edge, and
 /// slices begin at each grid's own corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Domain {

@@ -28,7 +28,7 @@ impl Programs {
     /// Compiles both entry points of `program`.
     ///
     /// # Errors
-    /// What the device says.
+    /// Errors of the device.
     pub fn new(gpu: &Gpu, program: &ComputeProgram) -> Result<Programs, Error> {
         let pipeline = |entry| {
             gpu.compute_pipeline(&ComputeProgram {
@@ -56,7 +56,7 @@ impl Columns {
     /// Compiles what arranges dispatches.
     ///
     /// # Errors
-    /// What the device says.
+    /// Errors of the device.
     pub fn new(gpu: &Gpu) -> Result<Columns, Error> {
         let layout = gpu.layout(LABEL, ShaderStages::COMPUTE, &[READ, WRITE])?;
         let arrange = gpu.compute_pipeline(&ComputeProgram {

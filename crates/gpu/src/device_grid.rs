@@ -8,7 +8,7 @@ use wgpu::{Extent3d, Origin3d, TextureFormat, TextureUsages};
 use crate::Gpu;
 use crate::memory::texture_bytes;
 
-/// A texel of [`Texels::Gaps`] from here on is no value. Shaders may assume that NaN never
+/// A texel of [`Texels::Gaps`] from here on is not a value. Shaders may assume that NaN never
 /// occurs, so a number stands for it.
 pub const NO_VALUE: f32 = f32::MAX;
 
@@ -59,7 +59,7 @@ impl DeviceGrid {
     /// have a value.
     ///
     /// # Errors
-    /// What [`Lattice::validate`] refuses; a range that is not finite, or whose ends are swapped;
+    /// Refusals of [`Lattice::validate`]; a range that is not finite, or whose ends are swapped;
     /// [`Error::TooLarge`] for more samples along an axis than the device has texels, and
     /// [`Error::OutOfMemory`].
     pub fn new(

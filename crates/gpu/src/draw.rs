@@ -260,7 +260,7 @@ pub trait Draw: VolumeRenderer {
     /// [`Recorded::statistics`] has the statistics once the commands have run.
     ///
     /// # Errors
-    /// What [`View::validate`] refuses, a target that does not fit, and what the renderer cannot
+    /// Refusals of [`View::validate`], a target that does not fit, and what the renderer cannot
     /// record without reading in between.
     fn encode(
         &self,

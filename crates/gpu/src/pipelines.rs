@@ -98,7 +98,7 @@ impl Gpu {
     /// The pipeline of `program`, compiled unless it was.
     ///
     /// # Errors
-    /// What the device refuses.
+    /// Refusals of the device.
     pub fn render_pipeline(&self, program: &RenderProgram) -> Result<RenderPipeline, Error> {
         let known = self.known().render.get(program);
         if let Some(pipeline) = known {
@@ -146,7 +146,7 @@ impl Gpu {
     /// The pipeline of `program`, compiled unless it was.
     ///
     /// # Errors
-    /// What the device refuses.
+    /// Refusals of the device.
     pub fn compute_pipeline(&self, program: &ComputeProgram) -> Result<ComputePipeline, Error> {
         let known = self.known().compute.get(program);
         if let Some(pipeline) = known {
@@ -178,7 +178,7 @@ impl Gpu {
     /// each of `types`.
     ///
     /// # Errors
-    /// What the device refuses.
+    /// Refusals of the device.
     pub fn layout(
         &self,
         label: &str,

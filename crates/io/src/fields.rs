@@ -497,7 +497,7 @@ mod tests {
         // The file names the components, so that nothing is to be guessed.
         assert_eq!(chosen("s-xy"), None);
         assert_eq!(chosen("s-XY"), Some((8, false)));
-        // Two components are no color.
+        // Two components are not a color.
         assert_eq!(chosen("RGBA-red"), None);
         assert_eq!(chosen("U-"), None);
     }

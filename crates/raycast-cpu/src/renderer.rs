@@ -40,7 +40,7 @@ impl RaycastCpu {
     /// A renderer of a mesh, in memory or in clusters, or of a grid in memory.
     ///
     /// # Errors
-    /// What [`supports`] refuses, an option out of its range, and threads that the system refuses.
+    /// Refusals of [`supports`], an option out of its range, and threads that the system refuses.
     pub fn new(
         volume: &Volume,
         appearance: &Appearance,
@@ -107,7 +107,7 @@ impl RaycastCpu {
         }
     }
 
-    /// What a view's rays gather in some rows of tiles ([`Tile::grid`]) of a mesh in clusters, and the counts of it: of a
+    /// Runs that a view's rays gather in some rows of tiles ([`Tile::grid`]) of a mesh in clusters, and the counts of it: of a
     /// part of a mesh, so that the tiles of all parts, added to each other ([`Tile::add_runs`]), are the whole's.
     ///
     /// `None` if these are several rows and would take more than `room` bytes of runs.

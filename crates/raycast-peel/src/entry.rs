@@ -62,7 +62,7 @@ pub(crate) fn check<'a>(
     tetrahedra(volume)
 }
 
-/// A step a pass is compared in one model: it takes seconds a frame on a software adapter.
+/// One step per pass is compared in one model: it takes seconds a frame on a software adapter.
 fn sweep(model: OpticalModel) -> &'static [&'static str] {
     match model {
         OpticalModel::EmissionAbsorption => &[

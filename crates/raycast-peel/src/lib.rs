@@ -35,7 +35,7 @@
 //!
 //! # Departures from the paper
 //! In [`Passes::Single`]:
-//! - A ray is followed to its end in one dispatch; the paper takes a pass a step,
+//! - A ray is followed to its end in one dispatch; the paper takes one pass per step,
 //!   as its hardware had no loops. So there is no state between passes, no
 //!   occlusion query and no retirement of rays; work groups are the tiles. Where a ray passes
 //!   more cells, or crosses the boundary more often, than a dispatch may (some ten

@@ -50,7 +50,7 @@ pub struct RaycastOptions {
     pub crossings: Crossings,
 }
 
-/// How a step a pass finds where a ray comes into the mesh and leaves each cell.
+/// How one step per pass finds where a ray comes into the mesh and leaves each cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crossings {
     /// By the sides on which edges pass, with scalars from positive weights, as

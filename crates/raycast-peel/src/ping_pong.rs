@@ -1,4 +1,4 @@
-//! As published: a step a pass, and the boundary peeled layer by layer.
+//! As published: one step per pass, and the boundary peeled layer by layer.
 //!
 //! 1. [`mesh`] packs the mesh into three textures (section 4.1, figure 8).
 //! 2. [`tiles`] cuts the image (3.3).

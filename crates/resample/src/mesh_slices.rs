@@ -114,7 +114,7 @@ impl MeshSlices {
     /// How much was drawn in the last frame, once its commands have run.
     ///
     /// # Errors
-    /// What the device says.
+    /// Errors of the device.
     pub fn drawn(&self) -> Result<Drawn, Error> {
         self.slabs.drawn(self.canvas.gpu(), 1)
     }

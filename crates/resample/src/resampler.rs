@@ -46,7 +46,7 @@ impl Resampler {
     /// Compiles the passes and uploads `mesh`; [`Resampler::resample`] takes the samples.
     ///
     /// # Errors
-    /// What [`Lattice::validate`] refuses, a grid or a mesh that the device does not hold, a
+    /// Refusals of [`Lattice::validate`], a grid or a mesh that the device does not hold, a
     /// mesh without volume, and one that is 2³¹ samples or more away; options out of range.
     pub fn new(
         gpu: &Gpu,
@@ -132,7 +132,7 @@ impl Resampler {
     /// Takes the samples, and waits until they are there.
     ///
     /// # Errors
-    /// What the device says.
+    /// Errors of the device.
     pub fn resample(&self) -> Result<(), Error> {
         let mut encoder = self
             .gpu
@@ -152,7 +152,7 @@ impl Resampler {
     /// The samples, read back after [`Resampler::resample`].
     ///
     /// # Errors
-    /// What the device says.
+    /// Errors of the device.
     pub fn read_back(&self, outside: Outside) -> Result<Grid, Error> {
         let mut encoder = self
             .gpu
@@ -184,7 +184,7 @@ impl Resampler {
     /// draws nothing.
     ///
     /// # Errors
-    /// What the device says.
+    /// Errors of the device.
     pub fn drawn(&self) -> Result<Option<Drawn>, Error> {
         match &self.way {
             Way::Direct(_) => Ok(None),

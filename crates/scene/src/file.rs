@@ -100,7 +100,7 @@ impl SceneFile {
         {
             return Err(Error::Scene {
                 at: path.display().to_string(),
-                what: "this is no scene, but looks like a mesh or a grid".into(),
+                what: "this is not a scene, but looks like a mesh or a grid".into(),
                 help: Some("give it as the volume, without `scene`".into()),
             });
         }

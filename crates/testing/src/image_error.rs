@@ -22,7 +22,7 @@ pub struct ImageError {
 /// Reads a number that was infinite where it is null: JSON has no infinity.
 ///
 /// # Errors
-/// What is neither a number nor null.
+/// A value that is neither a number nor null.
 pub fn infinite_if_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     let number = Option::<f64>::deserialize(deserializer)?;
     Ok(number.unwrap_or(f64::INFINITY))

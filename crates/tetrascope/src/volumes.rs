@@ -571,8 +571,8 @@ fn from_grid(mut data: GridData, source: &VolumeSource) -> Result<Loaded, Error>
     })
 }
 
-/// Nothing of it is read: not its fields' values that are none, and not all of its bytes, so that it is told by its
-/// checksum and is not among the files that were read.
+/// Only the directory is read. Missing values are therefore not counted, and the file is identified by its checksum, not
+/// listed among the files that were read.
 fn from_clusters(clusters: MeshClusters, source: &VolumeSource) -> Result<Loaded, Error> {
     let from = clusters.source();
     let (name, of) = from.field();

@@ -409,7 +409,7 @@ impl DeviceVoxelizer {
     /// Makes the voxels, and waits until they are there.
     ///
     /// # Errors
-    /// What the device says.
+    /// Errors of the device.
     pub fn voxelize(&self) -> Result<(), Error> {
         let mut encoder = self.encoder();
         self.encode(&mut encoder);
@@ -426,7 +426,7 @@ impl DeviceVoxelizer {
     /// counts those of cells are known, and how many voxels were written.
     ///
     /// # Errors
-    /// What the device says, and no memory.
+    /// Errors of the device, and a lack of memory.
     pub fn voxels(&self) -> Result<VoxelVolume, Error> {
         let [nx, ny, _] = self.space.dims();
         let mut buffer = AccumulationBuffer::new(self.space, self.range)?;

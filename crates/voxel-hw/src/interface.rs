@@ -251,7 +251,7 @@ impl VoxelContext {
         })
     }
 
-    /// A corner in user space and its scalar; a cell with a scalar that is no value is left out.
+    /// A corner in user space and its scalar; a cell with a scalar that is not a value is left out.
     ///
     /// # Errors
     /// A corner outside of begin and end, a fifth one, and a place that is not finite.

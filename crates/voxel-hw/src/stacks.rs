@@ -144,7 +144,7 @@ impl Stacks {
     /// for them.
     ///
     /// # Errors
-    /// What [`Stacks::supports`] refuses whatever the view; [`Error::TooLarge`] for more samples
+    /// Refusals of [`Stacks::supports`] that do not depend on the view; [`Error::TooLarge`] for more samples
     /// along an axis than the device has layers, and [`Error::OutOfMemory`].
     pub fn from_device(
         gpu: &Gpu,
@@ -195,7 +195,7 @@ impl Stacks {
     /// [`Draw::encode`], one behind the other.
     ///
     /// # Errors
-    /// What the device refuses.
+    /// Refusals of the device.
     pub fn refresh(&self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         let gpu = self.canvas.gpu();
         gpu.checked(LABEL, 0, || self.layers.record(encoder))

@@ -25,7 +25,7 @@ pub struct Counts {
     pub cells: u64,
     /// Those that cannot reach a voxel.
     pub outside: u64,
-    /// Those with a scalar that is no value.
+    /// Cells with a scalar that is not a value.
     pub without_value: u64,
     /// Those without volume, as they are or once snapped.
     pub degenerate: u64,
@@ -46,7 +46,7 @@ impl Voxelizer {
     /// A voxelizer with these options.
     ///
     /// # Errors
-    /// Those of [`Offsets::points`](crate::Offsets::points), and a scalar range that is none.
+    /// Those of [`Offsets::points`](crate::Offsets::points), and an invalid scalar range.
     pub fn new(options: VoxelizerOptions) -> Result<Voxelizer, Error> {
         if let Some((low, high)) = options.scalar_range
             && !(is_value(low) && is_value(high) && low <= high)
@@ -90,7 +90,7 @@ impl Voxelizer {
 
     /// The same with the transfer function before the mean, as the paper's pseudo code has it:
     /// emission and extinction are averaged over all samples of a voxel, and are 0 where there
-    /// is no cell. For the order "mean first" see [`VoxelVolume::classify`].
+    /// is not a cell. For the order "mean first" see [`VoxelVolume::classify`].
     ///
     /// # Errors
     /// As [`Voxelizer::voxelize`].

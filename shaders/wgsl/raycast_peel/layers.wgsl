@@ -1,4 +1,4 @@
-// Layers: what peeling the boundary by sides needs, in one dispatch and a step a pass.
+// Layers: what peeling the boundary by sides needs, in one dispatch and one step per pass.
 //
 // A boundary face is drawn as the rectangle of pixels that may see it, and each ray decides
 // whether it crosses the face: what a rasterizer would decide is rounded otherwise.

@@ -174,7 +174,7 @@ fn flat(name: &str, spacing: f64) -> Case {
     case(name, Shot::new(volume, plain_over(0.0, 1.0, across), view))
 }
 
-/// Samples that are none make the cells around them transparent.
+/// Missing samples make the cells around them transparent.
 fn no_values() -> Case {
     let place = cube([9; 3]);
     let values = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];

@@ -14,7 +14,7 @@ use crate::output::write;
 /// Writes the shot into a folder, which is made, and returns the scene's file.
 ///
 /// # Errors
-/// What the file system refuses, and a grid that stays in its file.
+/// Errors of the file system, and a grid that stays in its file.
 pub fn keep(folder: &Path, name: &str, shot: &Shot) -> Result<PathBuf, Error> {
     let kept = |c: char| if c.is_alphanumeric() { c } else { '-' };
     let name: String = name.chars().map(kept).collect();

@@ -72,7 +72,7 @@ fn clip_from_world(view: &View, bounds: &Bounds, depths: Depths) -> DMat4 {
     DMat4::from_cols(right, up, z, w).transpose()
 }
 
-/// What an application has in its depth buffer, and where that is on the pixels' rays.
+/// An application's depth buffer, and where its depths are on the pixels' rays.
 fn depths_of(sphere: &Sphere, view: &View, clip: DMat4, depths: Depths) -> (Vec<f32>, Vec<f64>) {
     let pixels = (0..view.height).flat_map(|row| (0..view.width).map(move |column| (column, row)));
     pixels

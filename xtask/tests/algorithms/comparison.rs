@@ -169,7 +169,7 @@ fn isosurfaces() {
     compare(OpticalModel::Isosurfaces);
 }
 
-// A comparison that cannot fail is none: another scene's truth must not pass.
+// A comparison has to be able to fail: another scene's truth must not pass.
 #[test]
 #[should_panic(expected = "greatest difference")]
 fn another_picture_fails() {

@@ -1,4 +1,4 @@
-//! What an algorithm says about itself, held to what it does.
+//! Entries of algorithms, held to what these do.
 
 use tetrascope::core::clusters::MeshClusters;
 use tetrascope::core::glam::DVec3;

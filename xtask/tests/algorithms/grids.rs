@@ -71,7 +71,7 @@ fn compared(algorithms: &[&str], model: &str, depth_cue: Option<f64>) -> Vec<ser
     rows.as_array().expect("rows").clone()
 }
 
-/// What slicing is off by, setting by setting.
+/// Errors of slicing, setting by setting.
 fn errors(rows: &[serde_json::Value]) -> Vec<f64> {
     let of_slicing = rows.iter().filter(|row| row["algorithm"] == slicing::NAME);
     of_slicing

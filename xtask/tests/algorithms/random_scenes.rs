@@ -25,7 +25,7 @@ const SIDE: u32 = 11;
 /// Cubes along the longest side of a mesh.
 const CUBES: usize = 3;
 
-/// What a scene is made of: few numbers, so that a failing one becomes small.
+/// The few numbers that a scene is made of, so that a failing one becomes small.
 #[derive(Clone, Debug)]
 struct Recipe {
     /// Cubes along a side, and which of them there are.

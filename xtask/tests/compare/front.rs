@@ -23,7 +23,7 @@ fn front(folder: &Path, arguments: &[&str]) -> Output {
         .expect("it starts")
 }
 
-/// What the last `cargo test` was told.
+/// The arguments of the last `cargo test`.
 fn last(output: &Output) -> String {
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     let mut lines = text

@@ -189,7 +189,7 @@ fn a_frame_that_fails_is_drawn_the_next_time() {
     failures.finish();
 }
 
-/// What a device may have less of than others; whether that is a size.
+/// Limits in which devices differ, and whether each is a size.
 type Lower = (&'static str, fn(&mut wgpu::Limits), bool);
 
 const LOWER: [Lower; 12] = [

@@ -1,4 +1,4 @@
-//! Five tetrahedra a hexahedron, mirrored from one hexahedron to the next.
+//! Five tetrahedra per hexahedron, mirrored from one hexahedron to the next.
 //!
 //! A hexahedron's corners fall into two sets of four without common edges; the
 //! tetrahedron over one set is the middle piece, and its edges are the diagonals of the

@@ -34,10 +34,10 @@ const CHUNK: usize = 4096;
 #[non_exhaustive]
 pub enum Split {
     /// Each face from its smallest vertex, for any mixture of cells. A structured
-    /// grid gets 6 tetrahedra a hexahedron, all around one diagonal.
+    /// grid gets 6 tetrahedra per hexahedron, all around one diagonal.
     #[default]
     SmallestIndex,
-    /// 5 tetrahedra a hexahedron, mirrored from one to the next, as in most papers on
+    /// 5 tetrahedra per hexahedron, mirrored from one to the next, as in most papers on
     /// structured grids. Of the two ways for each connected part, the one that
     /// inverts fewer tetrahedra is taken.
     ///

@@ -30,7 +30,7 @@ fn folder(files: &[(&str, &[u8])]) -> tempfile::TempDir {
 fn read_with(path: &Path, options: &ReadOptions) -> Result<GridData, Error> {
     match read_file(path, options)? {
         FileData::Grid(grid) => Ok(grid),
-        FileData::Mesh(_) | FileData::Clusters(_) => panic!("{} is no mesh", path.display()),
+        FileData::Mesh(_) | FileData::Clusters(_) => panic!("{} is not a mesh", path.display()),
     }
 }
 

@@ -12,7 +12,7 @@ fn read_named(name: &str, bytes: &[u8]) -> Error {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join(name);
     fs::write(&path, bytes).expect("it is writable");
-    read_mesh(&path, &ReadOptions::default()).expect_err("it is no mesh")
+    read_mesh(&path, &ReadOptions::default()).expect_err("it is not a mesh")
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn blocks_of_lzma_are_read() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures");
     let image = read_file(&folder.join("lzma.vti"), &ReadOptions::default());
     let FileData::Grid(grid) = image.expect("it is an image") else {
-        panic!("it is no mesh");
+        panic!("it is not a mesh");
     };
     assert_eq!(grid.fields[0].lattice.dims, [100, 80, 64]);
     let FieldSamples::Loaded(samples) = &grid.fields[0].samples else {

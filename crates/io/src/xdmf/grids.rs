@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use tetrascope_core::Error;
+use tetrascope_core::{Error, number};
 
 use super::document::Id;
 use super::items::Items;
@@ -50,11 +50,16 @@ fn grids_in(items: &Items, id: Id) -> Vec<Id> {
         .collect()
 }
 
+fn domains(items: &Items) -> impl Iterator<Item = Id> {
+    let document = items.document;
+    let children = document.own(document.root()).iter().copied();
+    children.filter(|&id| document.name(id) == "Domain")
+}
+
 /// The first domain.
 fn domain(items: &Items) -> Result<Id, Error> {
     let document = items.document;
-    let mut children = document.own(document.root()).iter().copied();
-    let found = children.find(|&id| document.name(id) == "Domain");
+    let found = domains(items).next();
     found.ok_or_else(|| document.error(document.root(), "there is no <Domain>"))
 }
 
@@ -115,8 +120,8 @@ fn times(items: &Items, id: Id) -> Result<Vec<f64>, Error> {
     times.collect()
 }
 
-/// The grids of time step `step`. Collections in time with other times than `times` are left
-/// out, with a note.
+/// The grids of time step `step`. Collections in time with other times than `times`, and domains but the first, are
+/// left out, with a note.
 pub(super) fn find(
     items: &Items,
     step: usize,
@@ -125,6 +130,15 @@ pub(super) fn find(
 ) -> Result<Vec<Grid>, Error> {
     let document = items.document;
     let domain = domain(items)?;
+    let later = domains(items).skip(1);
+    let later = later.filter(|&domain| !grids_in(items, domain).is_empty());
+    match later.count() as u64 {
+        0 => {}
+        later => notes.push(format!(
+            "the first <Domain> is read, and {} with grids left out",
+            number::count(later, "other", "others")
+        )),
+    }
     let mut waiting = grids_in(items, domain);
     waiting.reverse();
     let mut known: HashMap<String, usize> = HashMap::new();

@@ -225,6 +225,27 @@ fn grids_in_space_and_in_trees_are_joined() {
 }
 
 #[test]
+fn domains_after_the_first_are_left_out_and_counted() {
+    let text = fs::read_to_string(folder().join("lattice-xml.xdmf")).expect("it is there");
+    let from = text.find("<Domain").expect("a domain");
+    let to = text.find("</Domain>").expect("its end") + "</Domain>".len();
+    let place = tempfile::tempdir().expect("a folder");
+    let path = place.path().join("several.xdmf");
+    let notes = |others: &str| {
+        fs::write(&path, [&text[..to], others, &text[to..]].concat()).expect("written");
+        match read_at(&path, None).expect("a mesh") {
+            FileData::Mesh(data) => data.notes,
+            _ => panic!("a mesh was written"),
+        }
+    };
+    let before = notes("<Domain></Domain>");
+    let after = notes(&text[from..to]);
+    let note = "the first <Domain> is read, and 1 other with grids left out";
+    assert!(!before.iter().any(|n| n == note), "{before:?}");
+    assert!(after.iter().any(|n| n == note), "{after:?}");
+}
+
+#[test]
 fn a_grid_of_even_steps_is_regular() {
     let read = read_at(&folder().join("vtk-image.xdmf"), None).expect("a grid");
     let FileData::Grid(data) = read else {

@@ -38,7 +38,7 @@ def numbers(what: str, given: Any) -> Array:
 
 def plain(array: Array, dtype: Any) -> Array:
     """The array with one axis, contiguous, aligned and in native byte order."""
-    with np.errstate(over="ignore"):  # what is too large becomes infinite, which is no value
+    with np.errstate(over="ignore"):  # numbers that are too large become infinite: not a value
         array = np.require(array, dtype=dtype, requirements=["C", "A"])
     return array.view(np.ndarray).reshape(-1)
 

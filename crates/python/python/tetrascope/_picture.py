@@ -46,7 +46,7 @@ class Picture(np.ndarray):
         self.depths = None
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
-        # What is computed of pictures is no picture.
+        # A result of arithmetic with pictures is a plain array.
         return array[()] if return_scalar else np.asarray(array)
 
     def __reduce__(self) -> Any:

@@ -418,7 +418,7 @@ fn memory_changes_what_is_read_and_no_pixel() {
         let frame = large.render(&view).expect("a frame");
         assert!(counts(&frame)[1] <= most, "{width}");
         let whole = renderer(&volume, &other).render(&view).expect("a frame");
-        // What moving a ray changes grows with the function's slope.
+        // The change that moving a ray makes grows with the function's slope.
         let (near, far) = difference(&whole, &frame, MOST / width);
         assert_eq!(far, 0, "{width}: {near:e} and more");
     }

@@ -159,7 +159,7 @@ fn a_cell_takes_at_most_52_bytes_with_its_vertices() {
         .render(&view)
         .expect("a frame");
     let bytes = frame.stats.bytes_per_cell.expect("a mesh");
-    println!("{bytes:.1} bytes a cell");
+    println!("{bytes:.1} bytes per cell");
     assert!(bytes <= 52.0, "{bytes}");
 }
 

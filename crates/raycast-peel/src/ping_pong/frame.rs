@@ -94,7 +94,7 @@ impl PingPong {
         if !commands.may_submit() {
             return Err(Error::Unsupported {
                 renderer: NAME,
-                what: "a step a pass into the caller's encoder".into(),
+                what: "one step per pass into the caller's encoder".into(),
                 reason: "the CPU reads between passes whether rays are left".into(),
             });
         }

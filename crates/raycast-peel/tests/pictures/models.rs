@@ -54,11 +54,11 @@ fn of_model(volume: &Volume, model: OpticalModel) -> Appearance {
 const RMSE: f64 = 1e-5;
 const MAX: f64 = 1e-3;
 
-/// How far a step a pass may be from that in any channel: both cross faces alike, and round
+/// How far one step per pass may be from that in any channel: both cross faces alike, and round
 /// sums of some hundred cells otherwise, 2⁻²⁴ each.
 const APART: f64 = 1e-5;
 
-/// A step a pass, with the decisions of one dispatch.
+/// One step per pass, with the decisions of one dispatch.
 fn stepped_options() -> RaycastOptions {
     RaycastOptions {
         passes: Passes::PingPong,
@@ -105,7 +105,7 @@ fn check(gpu: &Gpu, name: &str, volume: &Volume) {
                 let apart = ImageError::against(&exactly(&frame), &stepped);
                 let scale = scale(&exact.pixels);
                 println!(
-                    "{what}: a step a pass {:.1e}, {:.1e}",
+                    "{what}: one step per pass {:.1e}, {:.1e}",
                     apart.rmse, apart.max
                 );
                 assert!(apart.max <= APART * scale, "{what}: {apart:?}");

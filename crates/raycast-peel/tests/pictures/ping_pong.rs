@@ -1,4 +1,4 @@
-//! A step a pass, as published, against one dispatch.
+//! One step per pass, as published, against one dispatch.
 
 use tetrascope_core::glam::{DVec2, DVec3};
 use tetrascope_core::mesh::{Association, FACES};

@@ -123,7 +123,7 @@ impl Sample {
         let mut square = |truth: &[f64; 4], pixel: [f32; 4]| {
             let squares = truth.iter().zip(pixel).map(|(t, p)| {
                 let difference = (t - f64::from(p)).abs();
-                // What is no number is infinitely wrong.
+                // NaN is infinitely wrong.
                 let difference = if difference.is_nan() {
                     f64::INFINITY
                 } else {

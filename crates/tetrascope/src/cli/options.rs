@@ -10,8 +10,8 @@ use tetrascope_core::grid::{ByteOrder, Interpolation, RawNumber};
 use tetrascope_core::{CameraFit, ClipPlane, OpticalModel};
 
 use super::values::{
-    background, byte_orders, camera, clip_plane, colormaps, dims, finite, interpolations, length,
-    models, range, raw_numbers, size, spacing, strength, tolerance, vector,
+    background, byte_orders, camera, clip_plane, colormaps, count, dims, finite, interpolations,
+    length, models, range, raw_numbers, size, spacing, strength, tolerance, vector,
 };
 
 /// Options of every command.
@@ -107,7 +107,7 @@ pub struct VolumeArgs {
     /// Which of its meshes and fields.
     #[command(flatten)]
     pub source: SourceArgs,
-    /// What a grid's file may leave out.
+    /// Facts that a grid's file may leave out.
     #[command(flatten)]
     pub grid: GridArgs,
 }
@@ -131,14 +131,14 @@ pub struct SourceArgs {
     #[arg(long, value_name = "TOLERANCE", value_parser = tolerance, allow_hyphen_values = true)]
     pub curved: Option<f64>,
     /// About how many cells a data set should have
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
     pub cells: Option<u64>,
     /// The seed of a random data set
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
 }
 
-/// What a grid's file may leave out, and how its samples are joined.
+/// Facts that a grid's file may leave out, and how its samples are joined.
 #[derive(Args)]
 pub struct GridArgs {
     /// The scalar between a grid's samples [default: linear; nearest for cell data]

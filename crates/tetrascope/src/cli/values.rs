@@ -52,7 +52,7 @@ pub fn byte_orders() -> impl clap::builder::TypedValueParser<Value = ByteOrder> 
 /// Three whole numbers, 2 or more: `256x256x128`.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn dims(text: &str) -> Result<[usize; 3], String> {
     let parts = text
         .split(['x', 'X', '×'])
@@ -63,10 +63,19 @@ pub fn dims(text: &str) -> Result<[usize; 3], String> {
         .ok_or_else(|| "give three whole numbers, 2 or more, such as 256x256x128".into())
 }
 
+/// A whole number, 1 or more.
+///
+/// # Errors
+/// A sentence that says what to give instead.
+pub fn count(text: &str) -> Result<u64, String> {
+    let count = text.trim().parse().ok().filter(|count| *count > 0);
+    count.ok_or_else(|| format!("give a whole number, from 1 to {}", u64::MAX))
+}
+
 /// Three numbers: `1,1,2.5`.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn vector(text: &str) -> Result<DVec3, String> {
     let numbers: Option<[f64; 3]> = numbers(text).and_then(|n| n.try_into().ok());
     numbers
@@ -77,7 +86,7 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
 /// Three distances, each more than 0.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn spacing(text: &str) -> Result<DVec3, String> {
     let spacing = vector(text)?;
     match spacing.cmpgt(DVec3::ZERO).all() {
@@ -89,7 +98,7 @@ pub fn spacing(text: &str) -> Result<DVec3, String> {
 /// A finite number.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn finite(text: &str) -> Result<f64, String> {
     let number = text.trim().parse().ok().filter(|x: &f64| x.is_finite());
     number.ok_or_else(|| "give a number, such as 0.5".into())
@@ -98,7 +107,7 @@ pub fn finite(text: &str) -> Result<f64, String> {
 /// A length, more than 0.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn length(text: &str) -> Result<f64, String> {
     let length = finite(text).ok().filter(|x| *x > 0.0);
     length.ok_or_else(|| "give a length in world units, more than 0".into())
@@ -107,7 +116,7 @@ pub fn length(text: &str) -> Result<f64, String> {
 /// A number above 0.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn tolerance(text: &str) -> Result<f64, String> {
     let tolerance = finite(text).ok().filter(|x| *x > 0.0);
     tolerance.ok_or_else(|| "give a number above 0, such as 1e-3".into())
@@ -116,7 +125,7 @@ pub fn tolerance(text: &str) -> Result<f64, String> {
 /// The strength of a depth cue.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn strength(text: &str) -> Result<f64, String> {
     let cue = DepthCue {
         strength: finite(text)?,
@@ -136,7 +145,7 @@ fn in_words(error: Error) -> String {
 /// A width and a height in pixels, or one number for both.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn size(text: &str) -> Result<(u32, u32), String> {
     let (width, height) = text.split_once(['x', 'X', '×']).unwrap_or((text, text));
     let (Ok(width), Ok(height)) = (width.parse(), height.parse()) else {
@@ -149,7 +158,7 @@ pub fn size(text: &str) -> Result<(u32, u32), String> {
 /// The side from which a camera looks.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn camera(text: &str) -> Result<CameraFit, String> {
     CameraFit::parse(text).map_err(|error| error.to_string())
 }
@@ -162,7 +171,7 @@ pub fn numbers(text: &str) -> Option<Vec<f64>> {
 /// Two numbers, the lower first.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn range(text: &str) -> Result<[f64; 2], String> {
     let numbers = numbers(text).and_then(|n| <[f64; 2]>::try_from(n).ok());
     match numbers.ok_or("give two numbers, such as 0.5,2")? {
@@ -174,7 +183,7 @@ pub fn range(text: &str) -> Result<[f64; 2], String> {
 /// A point of a plane and the plane's normal.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn clip_plane(text: &str) -> Result<ClipPlane, String> {
     let numbers = numbers(text).and_then(|n| <[f64; 6]>::try_from(n).ok());
     let [x, y, z, nx, ny, nz] =
@@ -190,7 +199,7 @@ pub fn clip_plane(text: &str) -> Result<ClipPlane, String> {
 /// A color: by name, `#RRGGBB` or as linear numbers.
 ///
 /// # Errors
-/// What to give instead, in words.
+/// A sentence that says what to give instead.
 pub fn background(text: &str) -> Result<[f32; 4], String> {
     let named = match text {
         "transparent" => Some([0.0; 4]),

@@ -128,7 +128,7 @@ impl Session {
     /// Does what a message of a client asks for.
     ///
     /// # Errors
-    /// What is asked for is invalid or not drawn; the state is as it was.
+    /// An invalid command, or one whose result is not drawn; the state is as it was.
     pub fn take(&self, client: u64, message: &Message) -> Result<(), Error> {
         let result = match &message.command {
             None => Ok(()),

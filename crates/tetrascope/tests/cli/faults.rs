@@ -118,7 +118,7 @@ fn a_full_disk_is_told_and_leaves_nothing() {
             }
         }
     }
-    // A sidecar without its array is no file either: both are there or neither.
+    // A sidecar without its array is not left either: both are there or neither.
     assert_eq!(names(&disk), ["filler"]);
     // The next run works once there is room.
     fs::remove_file(disk.join("filler")).expect("there");

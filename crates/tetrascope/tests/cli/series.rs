@@ -263,7 +263,7 @@ fn what_is_there_is_left_out_and_the_rest_is_as_it_would_have_been() {
             }
         }
     }
-    // An array of numbers without what is said of it is no picture.
+    // An array without its sidecar is not a picture.
     fs::remove_file(folder.path("f_1.npy.json")).expect("it was there");
     let run = folder.run("render step_*.vtk --size 16 -o f_%d.npy --resume");
     assert_eq!(run.succeeded().stdout, "f_1.npy\n");

@@ -74,7 +74,7 @@ fn main() -> ExitCode {
             output.error(&error, code);
             code
         }
-        Err(End::Stop(output::Stop::Step(_))) => unreachable!("one picture is no series"),
+        Err(End::Stop(output::Stop::Step(_))) => unreachable!("one picture is not a series"),
     };
     ExitCode::from(code)
 }

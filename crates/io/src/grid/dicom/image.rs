@@ -186,7 +186,7 @@ impl Image {
     }
 }
 
-/// Why a file is no image.
+/// Why a file is not an image.
 enum Found {
     Fault(Fault),
     Error(Error),

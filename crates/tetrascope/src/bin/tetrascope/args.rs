@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{Args, Parser, Subcommand};
 use tetrascope::cli::Global;
-#[cfg(any(feature = "resample", feature = "voxel-hw"))]
-use tetrascope::cli::values::dims;
 #[cfg(feature = "resample")]
 use tetrascope::cli::values::{background, clip_plane, colormaps, finite, numbers, range};
+#[cfg(any(feature = "resample", feature = "voxel-hw"))]
+use tetrascope::cli::values::{count, dims};
 pub(crate) use tetrascope::cli::{SceneArgs, SourceArgs, VolumeArgs};
 use tetrascope::core::clusters::Cut;
 #[cfg(feature = "resample")]
@@ -231,7 +231,7 @@ pub(crate) struct MeshArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) solution: Option<PathBuf>,
     /// About how many cells a data set should have
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = count, allow_hyphen_values = true)]
     pub(crate) cells: Option<u64>,
     /// The seed of a random data set
     #[arg(long, value_name = "N")]

@@ -41,7 +41,7 @@ impl State {
     /// The result of a command on it.
     ///
     /// # Errors
-    /// What the command asks for is invalid, or not drawn by the algorithm.
+    /// An invalid command, and one for which the algorithm draws nothing.
     pub(crate) fn apply(&self, command: &Command) -> Result<Applied, Error> {
         let mut next = self.clone();
         match command {

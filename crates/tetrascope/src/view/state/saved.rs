@@ -34,7 +34,7 @@ impl State {
         };
         scene.image.background = self.background;
         let mut preset = self.look.preset.clone();
-        // What follows from the points is left out, as an address is to hold it.
+        // Facts that follow from the points are left out, as an address is to hold it.
         let follows = preset.transfer_function(self.look.unit_distance);
         if follows.is_ok_and(|f| f == self.scene.appearance.transfer_function) {
             scene.appearance.transfer_function = None;
