@@ -222,7 +222,7 @@ fn cargo(arguments: &[&str]) -> String {
     let output = Command::new(cargo)
         .args(arguments)
         .arg("--offline")
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
         .output()
         .expect("cargo runs");
     let error = String::from_utf8_lossy(&output.stderr);
