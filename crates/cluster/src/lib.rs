@@ -22,6 +22,7 @@
 //! - Cells that two parts have both, without a mark that one is a ghost, are drawn twice.
 //! - Tetrahedral meshes alone: grids, and meshes in one part, are what `tetrascope` draws.
 
+mod busy;
 pub mod collective;
 pub mod communicator;
 pub mod exchange;

@@ -8,6 +8,7 @@ use tetrascope_core::optics::over;
 use tetrascope_core::{Appearance, Error, Frame, FrameStats, OpticalModel, View, Volume};
 use tetrascope_raycast_cpu::{RaycastCpu, RaycastCpuOptions, Tile, counters};
 
+use crate::busy::Work;
 use crate::collective::{agree, all_gather, gather};
 use crate::exchange::{Exchange, Sent};
 use crate::message::{pixels, put_pixel};
@@ -32,7 +33,8 @@ pub struct Picture {
     pub times: Vec<Times>,
 }
 
-/// What a picture took at one rank. Seconds are of the wall clock, and include waiting for others: of those, `cast` does not.
+/// What a picture took at one rank. Seconds are of the wall clock, and but for `cast` they include waiting for others; seconds of
+/// processors do not count what other programs take (where the system does not tell them, they are of the wall clock).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Times {
     /// Seconds of casting rays.
@@ -53,6 +55,14 @@ pub struct Times {
     pub pixel_bytes: u64,
     /// How many bands of rows the picture took, so that runs fit in memory.
     pub bands: u64,
+    /// Runs received to exchange tiles.
+    pub received_runs: u64,
+    /// Seconds of processors for casting rays.
+    pub cast_work: f64,
+    /// Seconds of processors for writing, reading and joining tiles.
+    pub exchange_work: f64,
+    /// Seconds of processors for making pixels and, at rank 0, for putting those of others into the picture.
+    pub gather_work: f64,
 }
 
 impl RankRenderer {
@@ -101,7 +111,8 @@ impl RankRenderer {
         let mut frame = (ranks.rank() == 0).then(|| self.blank(view));
         let mut stats = FrameStats::default();
         let mut times = Times::default();
-        let mut bands = vec![0..Tile::grid(view)[1]];
+        let rows = 0..Tile::grid(view)[1];
+        let mut bands = vec![rows];
         while let Some(band) = bands.pop() {
             let Some((tiles, of_band)) = self.cast(ranks, view, &band, &mut times)? else {
                 // Too many runs at once at some rank: the upper half, and then the lower.
@@ -169,9 +180,10 @@ impl RankRenderer {
     ) -> Result<Option<(Vec<(usize, Tile)>, FrameStats)>, Failure> {
         let [across, _] = Tile::grid(view);
         let numbers = band.start * across..band.end * across;
-        let started = Instant::now();
+        let (started, work) = (Instant::now(), Work::start());
         let cast = self.tiles(view, band);
         times.cast += started.elapsed().as_secs_f64();
+        times.cast_work += work.seconds();
         let started = Instant::now();
         let cast = agree(ranks, cast)?;
         let is_too_much = all_gather(ranks, vec![u8::from(cast.is_none())])?;
@@ -205,6 +217,7 @@ impl RankRenderer {
         frame: Option<&mut Frame>,
         times: &mut Times,
     ) -> Result<(), Failure> {
+        let work = Work::start();
         let has_depth = self.appearance.optical_model == OpticalModel::Isosurfaces;
         let found = own.iter().flat_map(|(_, tile)| {
             let pixels = tile.pixels(view);
@@ -214,6 +227,7 @@ impl RankRenderer {
             let mut bytes = Vec::new();
             found.for_each(|pixel| put_pixel(&mut bytes, pixel, has_depth));
             times.pixel_bytes += bytes.len() as u64;
+            times.gather_work += work.seconds();
             return ranks.exchange(vec![(0, bytes)], &[]).map(drop);
         };
         let mut put = |(place, color, depth): (usize, [f32; 4], f32)| {
@@ -223,10 +237,14 @@ impl RankRenderer {
             }
         };
         found.for_each(&mut put);
+        times.gather_work += work.seconds();
         let others: Vec<usize> = (1..ranks.size()).collect();
-        for bytes in ranks.exchange(Vec::new(), &others)? {
+        let received = ranks.exchange(Vec::new(), &others)?;
+        let work = Work::start();
+        for bytes in received {
             pixels(&bytes, has_depth).for_each(&mut put);
         }
+        times.gather_work += work.seconds();
         Ok(())
     }
 }
@@ -240,22 +258,34 @@ impl Times {
         self.exchange + self.gather
     }
 
-    const BYTES: usize = 9 * 8;
+    const BYTES: usize = 13 * 8;
 
     fn count(&mut self, sent: Sent) {
         self.bytes += sent.bytes;
         self.messages += sent.messages;
         self.runs += sent.runs;
+        self.received_runs += sent.received_runs;
+        self.exchange_work += sent.work;
     }
 
     fn encode(&self) -> Vec<u8> {
-        let seconds = [self.cast, self.wait, self.exchange, self.gather].map(f64::to_le_bytes);
+        let seconds = [
+            self.cast,
+            self.wait,
+            self.exchange,
+            self.gather,
+            self.cast_work,
+            self.exchange_work,
+            self.gather_work,
+        ];
+        let seconds = seconds.map(f64::to_le_bytes);
         let counts = [
             self.bytes,
             self.messages,
             self.runs,
             self.pixel_bytes,
             self.bands,
+            self.received_runs,
         ];
         let counts = counts.map(u64::to_le_bytes);
         seconds.into_iter().chain(counts).flatten().collect()
@@ -270,11 +300,15 @@ impl Times {
             wait: seconds(1),
             exchange: seconds(2),
             gather: seconds(3),
-            bytes: count(4),
-            messages: count(5),
-            runs: count(6),
-            pixel_bytes: count(7),
-            bands: count(8),
+            cast_work: seconds(4),
+            exchange_work: seconds(5),
+            gather_work: seconds(6),
+            bytes: count(7),
+            messages: count(8),
+            runs: count(9),
+            pixel_bytes: count(10),
+            bands: count(11),
+            received_runs: count(12),
         }
     }
 }
@@ -322,6 +356,10 @@ mod tests {
             runs: 7,
             pixel_bytes: 8,
             bands: 9,
+            received_runs: 10,
+            cast_work: 0.11,
+            exchange_work: 0.12,
+            gather_work: 0.13,
         };
         assert_eq!(times.encode().len(), Times::BYTES);
         assert_eq!(Times::decode(&times.encode()), times);
