@@ -7,20 +7,18 @@ use tetrascope_cluster::model::{Machine, Work};
 
 fn main() {
     let machine = Machine::MEASURED;
-    let scalings: [(&str, fn(f64) -> f64); 2] = [
-        ("strong scaling, 8 million cells", |_| 8e6),
-        ("weak scaling, 1 million cells at each rank", |ranks| {
-            1e6 * ranks
-        }),
-    ];
-    for (name, cells) in scalings {
+    for is_weak in [false, true] {
+        let name = match is_weak {
+            true => "weak scaling, 1 million cells at each rank",
+            false => "strong scaling, 8 million cells",
+        };
         println!("{name}, 1024x1024 pixels, emission and absorption");
         println!(
             "ranks  exchange      cast s  exchange s  gather s  composite %  bytes sent per rank  per pixel"
         );
         for ranks in [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024] {
             let work = Work {
-                cells: cells(ranks as f64),
+                cells: if is_weak { 1e6 * ranks as f64 } else { 8e6 },
                 ..Work::SPHERE
             };
             let mut ways = vec![("direct", Exchange::direct(ranks))];
