@@ -23,6 +23,7 @@ use tetrascope_io::lists::{
 use tetrascope_io::{MeshData, StepChoice, open_tsc};
 
 use crate::collective::{agree, all_gather, gather};
+use crate::part::spread;
 use crate::partition::by_bytes;
 use crate::{Communicator, Failure, Share};
 use told::{Facts, all_fields, numbers};
@@ -90,9 +91,9 @@ fn open_clusters(
     let (whole, share) = agree(ranks, open())?;
     Ok(Opened {
         pieces: whole.source().clusters().len(),
+        notes: idle(&spread(&whole, ranks.size())).into_iter().collect(),
         whole,
         share,
-        notes: Vec::new(),
     })
 }
 
@@ -100,7 +101,8 @@ fn open_pieces(ranks: &impl Communicator, path: &Path, wanted: &Wanted) -> Resul
     let (rank, size) = (ranks.rank(), ranks.size());
     let listed = agree(ranks, list_pieces(path, wanted.step))?;
     let bytes: Vec<u64> = listed.files.iter().map(|file| file.bytes).collect();
-    let own = by_bytes(&bytes, size)[rank].clone();
+    let spread = by_bytes(&bytes, size);
+    let own = spread[rank].clone();
     let mut notes = Notes::default();
 
     // Half for the data of pieces, and half for the meshes that are made of them.
@@ -163,6 +165,7 @@ fn open_pieces(ranks: &impl Communicator, path: &Path, wanted: &Wanted) -> Resul
     let (whole, share) = agree(ranks, whole())?;
     let mut all = Vec::new();
     all.extend(listed.notes);
+    all.extend(idle(&spread));
     all.extend(note);
     for bytes in gather(ranks, notes.0.join("\n").into_bytes())?.unwrap_or_default() {
         let text = String::from_utf8_lossy(&bytes).into_owned();
@@ -174,6 +177,14 @@ fn open_pieces(ranks: &impl Communicator, path: &Path, wanted: &Wanted) -> Resul
         share,
         notes: all,
     })
+}
+
+/// A note of ranks that have nothing to draw.
+fn idle(spread: &[Range<usize>]) -> Option<String> {
+    let count = spread.iter().filter(|pieces| pieces.is_empty()).count();
+    let of = spread.len();
+    (count > 0)
+        .then(|| format!("{count} of {of} ranks have nothing to draw: there are too few pieces"))
 }
 
 /// About so many values of all pieces are picked, so that a look can be chosen by them: as many as in a cluster file.
