@@ -4,7 +4,8 @@ use rayon::prelude::*;
 use tetrascope_core::{Error, OpticalModel};
 use tetrascope_raycast_cpu::{Run, Tile};
 
-use crate::message::{SentTile, put_tile, runs, tiles};
+use crate::busy::Work;
+use crate::message::{SentTile, bytes_per_run, put_tile, runs, tiles};
 use crate::{Communicator, Failure};
 
 /// The rounds in which tiles are exchanged.
@@ -18,7 +19,7 @@ pub struct Exchange {
 }
 
 /// What a rank has sent in an exchange.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sent {
     /// Messages, empty ones too.
     pub messages: u64,
@@ -26,6 +27,10 @@ pub struct Sent {
     pub bytes: u64,
     /// Runs that were sent.
     pub runs: u64,
+    /// Runs that were received.
+    pub received_runs: u64,
+    /// Seconds of processors for writing messages, and for reading and joining those of others.
+    pub work: f64,
 }
 
 impl Exchange {
@@ -88,6 +93,7 @@ impl Exchange {
         for &k in &self.factors {
             let digit = rank / stride % k;
             let member = |other: usize| rank - digit * stride + other * stride;
+            let work = Work::start();
             let mut messages = vec![Vec::new(); k];
             let mut kept = Vec::with_capacity(held.len() / k + 1);
             for (number, tile) in held {
@@ -109,8 +115,11 @@ impl Exchange {
                 .collect();
             sent.messages += to.len() as u64;
             sent.bytes += to.iter().map(|(_, bytes)| bytes.len() as u64).sum::<u64>();
+            sent.work += work.seconds();
             let received = ranks.exchange(to, &from)?;
-            join(&mut kept, &received, model);
+            let work = Work::start();
+            sent.received_runs += join(&mut kept, &received, model);
+            sent.work += work.seconds();
             held = kept;
             stride *= k;
         }
@@ -118,8 +127,8 @@ impl Exchange {
     }
 }
 
-/// Adds what other ranks have sent to the tiles that are kept, which are by number.
-fn join(kept: &mut [(usize, Tile)], received: &[Vec<u8>], model: OpticalModel) {
+/// Adds what other ranks have sent to the tiles that are kept, which are by number; gives how many runs that was.
+fn join(kept: &mut [(usize, Tile)], received: &[Vec<u8>], model: OpticalModel) -> u64 {
     let mut sent: Vec<SentTile> = Vec::new();
     for bytes in received {
         sent.extend(tiles(bytes, model));
@@ -135,6 +144,8 @@ fn join(kept: &mut [(usize, Tile)], received: &[Vec<u8>], model: OpticalModel) {
         let runs: Vec<Run> = of_tile.flat_map(|(_, bytes)| runs(bytes, model)).collect();
         tile.add_runs(runs);
     });
+    let bytes: usize = sent.iter().map(|(_, bytes)| bytes.len()).sum();
+    (bytes / bytes_per_run(model)) as u64
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@
 //!    gathers and agrees, and [`failure`] is what all hear if one fails.
 //! 3. [`renderer`] draws: each rank casts rays through its part with `tetrascope-raycast-cpu`; [`exchange`] hands
 //!    each rank the tiles of the picture that it owns, `message` says in which bytes, and rank 0 gathers the pixels.
-//! 4. [`model`] predicts what many ranks take, from measures of few.
+//! 4. [`times`] is what a picture took at each rank; [`model`] predicts what many ranks take, from measures of few.
 //!
 //! # What is exchanged
 //! A ray gathers a *run* in each stretch of a part: light, transmittance, and where it begins and ends. Compositing is
@@ -22,6 +22,7 @@
 //! - Cells that two parts have both, without a mark that one is a ghost, are drawn twice.
 //! - Tetrahedral meshes alone: grids, and meshes in one part, are what `tetrascope` draws.
 
+mod busy;
 pub mod collective;
 pub mod communicator;
 pub mod exchange;
@@ -35,9 +36,11 @@ pub mod partition;
 pub mod pieces;
 pub mod renderer;
 pub mod threads;
+pub mod times;
 
 pub use communicator::Communicator;
 pub use exchange::Exchange;
 pub use failure::Failure;
 pub use part::Share;
-pub use renderer::{Picture, RankRenderer, Times};
+pub use renderer::{Picture, RankRenderer};
+pub use times::Times;

@@ -117,6 +117,9 @@ pub(crate) fn runs(bytes: &[u8], model: OpticalModel) -> impl Iterator<Item = Ru
 /// A pixel that is not only background: its place in the image, its color, and how far its surface is.
 pub(crate) type Pixel = (usize, [f32; 4], f32);
 
+/// Bytes of a pixel without its distance.
+pub(crate) const BYTES_PER_PIXEL: usize = 20;
+
 /// Writes a pixel; how far its surface is only where `has_depth`.
 pub(crate) fn put_pixel(bytes: &mut Vec<u8>, (place, color, depth): Pixel, has_depth: bool) {
     bytes.extend((place as u32).to_le_bytes());
@@ -126,7 +129,7 @@ pub(crate) fn put_pixel(bytes: &mut Vec<u8>, (place, color, depth): Pixel, has_d
 
 /// The pixels of a message.
 pub(crate) fn pixels(bytes: &[u8], has_depth: bool) -> impl Iterator<Item = Pixel> {
-    let width = if has_depth { 24 } else { 20 };
+    let width = BYTES_PER_PIXEL + if has_depth { 4 } else { 0 };
     bytes.chunks_exact(width).map(move |mut bytes| {
         let place = u32::from_le_bytes(take(&mut bytes)) as usize;
         let color = [(); 4].map(|()| f32::from_le_bytes(take(&mut bytes)));

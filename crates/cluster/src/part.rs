@@ -1,5 +1,6 @@
 //! The part of a mesh that a rank has.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use tetrascope_core::clusters::{Cluster, ClusterSource, MeshClusters};
@@ -51,11 +52,16 @@ impl Share {
     /// # Errors
     /// As [`Share::of`].
     pub fn by_bytes(whole: &MeshClusters, rank: usize, ranks: usize) -> Result<Share, Error> {
-        // As they are stored: 16 bytes for a tetrahedron, and 16 for a point with its value.
-        let bytes = |cluster: &Cluster| 16 * (u64::from(cluster.cells) + u64::from(cluster.points));
-        let bytes: Vec<u64> = whole.source().clusters().iter().map(bytes).collect();
-        Share::of(whole, by_bytes(&bytes, ranks)[rank].clone())
+        Share::of(whole, spread(whole, ranks)[rank].clone())
     }
+}
+
+/// The clusters of each of so many ranks, by their bytes.
+pub(crate) fn spread(whole: &MeshClusters, ranks: usize) -> Vec<Range<usize>> {
+    // As they are stored: 16 bytes for a tetrahedron, and 16 for a point with its value.
+    let bytes = |cluster: &Cluster| 16 * (u64::from(cluster.cells) + u64::from(cluster.points));
+    let bytes: Vec<u64> = whole.source().clusters().iter().map(bytes).collect();
+    by_bytes(&bytes, ranks)
 }
 
 /// Some clusters of a source.

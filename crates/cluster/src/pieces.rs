@@ -7,6 +7,8 @@
 //!
 //! From then on a piece is a cluster. Its mesh stays in memory as far as there is room, and is read again elsewhere.
 
+mod told;
+
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
@@ -14,15 +16,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use tetrascope_core::clusters::{Cluster, ClusterSource, MeshClusters};
 use tetrascope_core::mesh::{Association, volume_corners};
-use tetrascope_core::{Bounds, Error, Scalars, TetMesh, glam::DVec3};
+use tetrascope_core::{Error, Scalars, TetMesh};
 use tetrascope_io::lists::{
     PieceField, Pieces, choose_field, list_pieces, piece_fields, read_piece,
 };
 use tetrascope_io::{MeshData, StepChoice, open_tsc};
 
 use crate::collective::{agree, all_gather, gather};
+use crate::part::spread;
 use crate::partition::by_bytes;
 use crate::{Communicator, Failure, Share};
+use told::{Facts, all_fields, numbers};
 
 /// What to read of a mesh, and in how much memory.
 #[derive(Clone, Debug)]
@@ -75,15 +79,21 @@ fn open_clusters(
                 available: vec![name.to_owned()],
             });
         }
+        if wanted.step.is_some() {
+            return Err(Error::Invalid {
+                what: format!("{} holds no time steps", path.display()),
+                help: Some("leave out `step` and `time`".into()),
+            });
+        }
         let share = Share::by_bytes(&whole, ranks.rank(), ranks.size())?;
         Ok((whole, share))
     };
     let (whole, share) = agree(ranks, open())?;
     Ok(Opened {
         pieces: whole.source().clusters().len(),
+        notes: idle(&spread(&whole, ranks.size())).into_iter().collect(),
         whole,
         share,
-        notes: Vec::new(),
     })
 }
 
@@ -91,10 +101,12 @@ fn open_pieces(ranks: &impl Communicator, path: &Path, wanted: &Wanted) -> Resul
     let (rank, size) = (ranks.rank(), ranks.size());
     let listed = agree(ranks, list_pieces(path, wanted.step))?;
     let bytes: Vec<u64> = listed.files.iter().map(|file| file.bytes).collect();
-    let own = by_bytes(&bytes, size)[rank].clone();
+    let spread = by_bytes(&bytes, size);
+    let own = spread[rank].clone();
     let mut notes = Notes::default();
 
-    let mut room = wanted.memory;
+    // Half for the data of pieces, and half for the meshes that are made of them.
+    let mut room = wanted.memory / 2;
     let looked = own
         .clone()
         .map(|piece| look(&listed, piece, &mut room, &mut notes));
@@ -112,7 +124,7 @@ fn open_pieces(ranks: &impl Communicator, path: &Path, wanted: &Wanted) -> Resul
         picked: Vec::new(),
         kept: Mutex::new(HashMap::new()),
     };
-    let made = make(&source, &own, looked, wanted.memory, &mut notes);
+    let made = make(&source, &own, looked, wanted.memory / 2, &mut notes);
     let made = agree(ranks, made)?;
     let facts = made.iter().flat_map(|made| made.facts.encode());
     let facts = all_gather(ranks, facts.collect())?;
@@ -153,6 +165,7 @@ fn open_pieces(ranks: &impl Communicator, path: &Path, wanted: &Wanted) -> Resul
     let (whole, share) = agree(ranks, whole())?;
     let mut all = Vec::new();
     all.extend(listed.notes);
+    all.extend(idle(&spread));
     all.extend(note);
     for bytes in gather(ranks, notes.0.join("\n").into_bytes())?.unwrap_or_default() {
         let text = String::from_utf8_lossy(&bytes).into_owned();
@@ -164,6 +177,14 @@ fn open_pieces(ranks: &impl Communicator, path: &Path, wanted: &Wanted) -> Resul
         share,
         notes: all,
     })
+}
+
+/// A note of ranks that have nothing to draw.
+fn idle(spread: &[Range<usize>]) -> Option<String> {
+    let count = spread.iter().filter(|pieces| pieces.is_empty()).count();
+    let of = spread.len();
+    (count > 0)
+        .then(|| format!("{count} of {of} ranks have nothing to draw: there are too few pieces"))
 }
 
 /// About so many values of all pieces are picked, so that a look can be chosen by them: as many as in a cluster file.
@@ -276,15 +297,6 @@ struct Made {
     mesh: Option<TetMesh>,
 }
 
-/// What all ranks know of a piece with cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Facts {
-    piece: usize,
-    cluster: Cluster,
-    /// How many values it has.
-    values: u64,
-}
-
 /// Bytes of a mesh in memory, at most: its tetrahedra and their neighbors, its points and values.
 fn mesh_bytes(cluster: &Cluster) -> u64 {
     60 * u64::from(cluster.cells) + 40 * u64::from(cluster.points)
@@ -333,105 +345,6 @@ fn make(
         });
     }
     Ok(all)
-}
-
-impl Facts {
-    const BYTES: usize = 12 * 8;
-
-    fn encode(&self) -> Vec<u8> {
-        let Cluster {
-            cells,
-            points,
-            bounds,
-            scalar_range,
-        } = self.cluster;
-        let counts = [self.piece as u64, cells.into(), points.into(), self.values];
-        let (low, high) = scalar_range.unwrap_or((f64::NAN, f64::NAN));
-        let [min, max] = [bounds.min, bounds.max].map(|p| p.to_array());
-        let floats = min.into_iter().chain(max).chain([low, high]);
-        let counts = counts.into_iter().flat_map(u64::to_le_bytes);
-        counts.chain(floats.flat_map(f64::to_le_bytes)).collect()
-    }
-
-    fn decode_all(bytes: &[u8]) -> Vec<Facts> {
-        let decode = |bytes: &[u8]| {
-            let (numbers, _) = bytes.as_chunks::<8>();
-            let count = |i: usize| u64::from_le_bytes(numbers[i]);
-            let float = |i: usize| f64::from_le_bytes(numbers[i]);
-            let point = |i: usize| DVec3::new(float(i), float(i + 1), float(i + 2));
-            let (low, high) = (float(10), float(11));
-            Facts {
-                piece: count(0) as usize,
-                cluster: Cluster {
-                    cells: count(1) as u32,
-                    points: count(2) as u32,
-                    bounds: Bounds {
-                        min: point(4),
-                        max: point(7),
-                    },
-                    scalar_range: (!low.is_nan()).then_some((low, high)),
-                },
-                values: count(3),
-            }
-        };
-        bytes.chunks_exact(Facts::BYTES).map(decode).collect()
-    }
-}
-
-fn numbers(bytes: &[u8]) -> impl Iterator<Item = f64> {
-    let (numbers, _) = bytes.as_chunks::<8>();
-    numbers.iter().map(|number| f64::from_le_bytes(*number))
-}
-
-/// The fields of all pieces that have cells, by piece.
-fn all_fields(
-    ranks: &impl Communicator,
-    own: Vec<Option<Vec<PieceField>>>,
-) -> Result<Vec<Vec<PieceField>>, Failure> {
-    let mut bytes = Vec::new();
-    for fields in own.into_iter().flatten() {
-        bytes.extend((fields.len() as u32).to_le_bytes());
-        for field in fields {
-            bytes.push(u8::from(field.association == Association::Cell));
-            let (low, high) = field.range.unwrap_or((f64::NAN, f64::NAN));
-            bytes.extend([low, high].into_iter().flat_map(f64::to_le_bytes));
-            bytes.extend((field.name.len() as u32).to_le_bytes());
-            bytes.extend(field.name.as_bytes());
-        }
-    }
-    let all = all_gather(ranks, bytes)?;
-    let mut pieces = Vec::new();
-    for bytes in &all {
-        let mut rest = &bytes[..];
-        while !rest.is_empty() {
-            let count = u32::from_le_bytes(take(&mut rest));
-            let field = |_| {
-                let [of_cells] = take(&mut rest);
-                let low = f64::from_le_bytes(take(&mut rest));
-                let high = f64::from_le_bytes(take(&mut rest));
-                let length = u32::from_le_bytes(take(&mut rest)) as usize;
-                let (name, after) = rest.split_at(length);
-                rest = after;
-                PieceField {
-                    name: String::from_utf8_lossy(name).into_owned(),
-                    association: match of_cells {
-                        1 => Association::Cell,
-                        _ => Association::Point,
-                    },
-                    range: (!low.is_nan()).then_some((low, high)),
-                }
-            };
-            pieces.push((0..count).map(field).collect());
-        }
-    }
-    Ok(pieces)
-}
-
-/// Takes bytes off the front of a message, which ranks of this program have written.
-fn take<const N: usize>(bytes: &mut &[u8]) -> [u8; N] {
-    let (first, rest) = bytes.split_first_chunk().expect("a whole message");
-    *bytes = rest;
-    *first
 }
 
 /// Pieces as clusters.
@@ -488,28 +401,5 @@ impl ClusterSource for PieceSource {
         }
         drop(kept);
         self.mesh(piece, None)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn facts_are_those_that_were_sent() {
-        let bounds = Bounds::of([DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0)]);
-        let facts = [Some((-1.5, 2.5)), None].map(|scalar_range| Facts {
-            piece: 7,
-            cluster: Cluster {
-                cells: 8,
-                points: 9,
-                bounds,
-                scalar_range,
-            },
-            values: 10,
-        });
-        let bytes: Vec<u8> = facts.iter().flat_map(Facts::encode).collect();
-        assert_eq!(bytes.len(), 2 * Facts::BYTES);
-        assert_eq!(Facts::decode_all(&bytes), facts);
     }
 }

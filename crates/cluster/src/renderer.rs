@@ -8,10 +8,11 @@ use tetrascope_core::optics::over;
 use tetrascope_core::{Appearance, Error, Frame, FrameStats, OpticalModel, View, Volume};
 use tetrascope_raycast_cpu::{RaycastCpu, RaycastCpuOptions, Tile, counters};
 
+use crate::busy::Work;
 use crate::collective::{agree, all_gather, gather};
-use crate::exchange::{Exchange, Sent};
+use crate::exchange::Exchange;
 use crate::message::{pixels, put_pixel};
-use crate::{Communicator, Failure, Share};
+use crate::{Communicator, Failure, Share, Times};
 
 /// The renderer of one rank. All ranks make it and call it together.
 #[derive(Debug)]
@@ -30,29 +31,6 @@ pub struct Picture {
     pub frame: Option<Frame>,
     /// What each rank took, by rank, at rank 0.
     pub times: Vec<Times>,
-}
-
-/// What a picture took at one rank. Seconds are of the wall clock, and include waiting for others: of those, `cast` does not.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Times {
-    /// Seconds of casting rays.
-    pub cast: f64,
-    /// Seconds of waiting for the last rank to have cast its rays.
-    pub wait: f64,
-    /// Seconds of exchanging tiles and joining them.
-    pub exchange: f64,
-    /// Seconds of making pixels and gathering them at rank 0.
-    pub gather: f64,
-    /// Bytes sent to exchange tiles.
-    pub bytes: u64,
-    /// Messages sent to exchange tiles, empty ones too.
-    pub messages: u64,
-    /// Runs sent to exchange tiles.
-    pub runs: u64,
-    /// Bytes of pixels sent to rank 0.
-    pub pixel_bytes: u64,
-    /// How many bands of rows the picture took, so that runs fit in memory.
-    pub bands: u64,
 }
 
 impl RankRenderer {
@@ -101,7 +79,8 @@ impl RankRenderer {
         let mut frame = (ranks.rank() == 0).then(|| self.blank(view));
         let mut stats = FrameStats::default();
         let mut times = Times::default();
-        let mut bands = vec![0..Tile::grid(view)[1]];
+        let rows = 0..Tile::grid(view)[1];
+        let mut bands = vec![rows];
         while let Some(band) = bands.pop() {
             let Some((tiles, of_band)) = self.cast(ranks, view, &band, &mut times)? else {
                 // Too many runs at once at some rank: the upper half, and then the lower.
@@ -169,9 +148,10 @@ impl RankRenderer {
     ) -> Result<Option<(Vec<(usize, Tile)>, FrameStats)>, Failure> {
         let [across, _] = Tile::grid(view);
         let numbers = band.start * across..band.end * across;
-        let started = Instant::now();
+        let (started, work) = (Instant::now(), Work::start());
         let cast = self.tiles(view, band);
         times.cast += started.elapsed().as_secs_f64();
+        times.cast_work += work.seconds();
         let started = Instant::now();
         let cast = agree(ranks, cast)?;
         let is_too_much = all_gather(ranks, vec![u8::from(cast.is_none())])?;
@@ -205,6 +185,7 @@ impl RankRenderer {
         frame: Option<&mut Frame>,
         times: &mut Times,
     ) -> Result<(), Failure> {
+        let work = Work::start();
         let has_depth = self.appearance.optical_model == OpticalModel::Isosurfaces;
         let found = own.iter().flat_map(|(_, tile)| {
             let pixels = tile.pixels(view);
@@ -214,6 +195,7 @@ impl RankRenderer {
             let mut bytes = Vec::new();
             found.for_each(|pixel| put_pixel(&mut bytes, pixel, has_depth));
             times.pixel_bytes += bytes.len() as u64;
+            times.gather_work += work.seconds();
             return ranks.exchange(vec![(0, bytes)], &[]).map(drop);
         };
         let mut put = |(place, color, depth): (usize, [f32; 4], f32)| {
@@ -223,61 +205,20 @@ impl RankRenderer {
             }
         };
         found.for_each(&mut put);
+        times.gather_work += work.seconds();
         let others: Vec<usize> = (1..ranks.size()).collect();
-        for bytes in ranks.exchange(Vec::new(), &others)? {
+        let received = ranks.exchange(Vec::new(), &others)?;
+        let work = Work::start();
+        for bytes in received {
             pixels(&bytes, has_depth).for_each(&mut put);
         }
+        times.gather_work += work.seconds();
         Ok(())
     }
 }
 
 /// Bytes for a pixel of a picture and its distance, twice: as it is gathered and as it is written.
 const BYTES_PER_PIXEL: u64 = 2 * (16 + 4);
-
-impl Times {
-    /// Seconds after all rays are cast.
-    pub fn composite(&self) -> f64 {
-        self.exchange + self.gather
-    }
-
-    const BYTES: usize = 9 * 8;
-
-    fn count(&mut self, sent: Sent) {
-        self.bytes += sent.bytes;
-        self.messages += sent.messages;
-        self.runs += sent.runs;
-    }
-
-    fn encode(&self) -> Vec<u8> {
-        let seconds = [self.cast, self.wait, self.exchange, self.gather].map(f64::to_le_bytes);
-        let counts = [
-            self.bytes,
-            self.messages,
-            self.runs,
-            self.pixel_bytes,
-            self.bands,
-        ];
-        let counts = counts.map(u64::to_le_bytes);
-        seconds.into_iter().chain(counts).flatten().collect()
-    }
-
-    fn decode(bytes: &[u8]) -> Times {
-        let (numbers, _) = bytes.as_chunks::<8>();
-        let seconds = |i: usize| f64::from_le_bytes(numbers[i]);
-        let count = |i: usize| u64::from_le_bytes(numbers[i]);
-        Times {
-            cast: seconds(0),
-            wait: seconds(1),
-            exchange: seconds(2),
-            gather: seconds(3),
-            bytes: count(4),
-            messages: count(5),
-            runs: count(6),
-            pixel_bytes: count(7),
-            bands: count(8),
-        }
-    }
-}
 
 /// Adds the counts of a band or a rank.
 fn add(all: &mut FrameStats, more: &FrameStats) {
@@ -304,26 +245,4 @@ fn decode_stats(bytes: &[u8]) -> FrameStats {
         }
     }
     stats
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn measures_are_those_that_were_sent() {
-        let times = Times {
-            cast: 0.1,
-            wait: 0.2,
-            exchange: 0.3,
-            gather: 0.4,
-            bytes: 5,
-            messages: 6,
-            runs: 7,
-            pixel_bytes: 8,
-            bands: 9,
-        };
-        assert_eq!(times.encode().len(), Times::BYTES);
-        assert_eq!(Times::decode(&times.encode()), times);
-    }
 }

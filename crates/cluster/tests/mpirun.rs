@@ -255,6 +255,7 @@ fn what_is_wrong_everywhere_is_said_once_and_names_no_rank() {
     for (line, code, words) in [
         ("render none.pvtu", 3, "none.pvtu"),
         ("render mesh.pvtu --field other", 3, "no field 'other'"),
+        ("render mesh.pvtu --step 1", 3, "step"),
         ("render mesh.pvtu --colour red", 2, "--colour"),
         ("render sphere", 2, "a data set"),
     ] {

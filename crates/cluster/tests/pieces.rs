@@ -32,8 +32,9 @@ struct Slab {
     cells: [usize; 2],
     /// Those that are not ghosts.
     own: [usize; 2],
-    /// The order of its points.
-    reversed: bool,
+    /// Whether its points are numbered with y the other way around, so that another corner of each face comes first, and
+    /// not the one across.
+    mirrored: bool,
     field: &'static str,
 }
 
@@ -42,7 +43,7 @@ impl Slab {
         Slab {
             cells: [first, end],
             own: [first, end],
-            reversed: false,
+            mirrored: false,
             field: "height",
         }
     }
@@ -56,8 +57,8 @@ impl Slab {
                 places.extend((first..=end).map(|x| [x, y, z]));
             }
         }
-        if self.reversed {
-            places.reverse();
+        if self.mirrored {
+            places.sort_by_key(|[x, y, z]| (*z, ny - y, *x));
         }
         let number = |place: [usize; 3]| {
             places
@@ -205,8 +206,8 @@ fn warped_hexahedra_meet_without_seams_and_ghosts_are_left_out() {
     let cells = opened.whole.cell_count();
     // Five or six of each hexahedron.
     assert!((5 * 54..=6 * 54).contains(&cells), "{cells}");
-    let reversed = |slab: Slab| Slab {
-        reversed: true,
+    let mirrored = |slab: Slab| Slab {
+        mirrored: true,
         ..slab
     };
     let with_ghosts = |slab: Slab| Slab {
@@ -216,7 +217,7 @@ fn warped_hexahedra_meet_without_seams_and_ghosts_are_left_out() {
         ],
         ..slab
     };
-    let slabs = [Slab::new(0, 2), reversed(Slab::new(2, 3)), Slab::new(3, 6)];
+    let slabs = [Slab::new(0, 2), mirrored(Slab::new(2, 3)), Slab::new(3, 6)];
     for (name, slabs) in [("slabs", slabs), ("ghosts", slabs.map(with_ghosts))] {
         let files = Files::new(&slabs);
         for ranks in [1, 2, 3, 5] {
@@ -229,6 +230,11 @@ fn warped_hexahedra_meet_without_seams_and_ghosts_are_left_out() {
                 .iter()
                 .any(|note| note.contains("they are ghosts"));
             assert_eq!(noted, name == "ghosts", "{:?}", opened.notes);
+            let idle = opened
+                .notes
+                .iter()
+                .any(|note| note.contains("ranks have nothing to draw"));
+            assert_eq!(idle, ranks > 3, "{:?}", opened.notes);
         }
     }
     // A single file is one piece, and what does not fit in memory is read again.

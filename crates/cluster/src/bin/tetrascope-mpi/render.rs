@@ -199,20 +199,20 @@ fn loaded(opened: &Opened, file: &Path, ranks: usize) -> Loaded {
     let whole = &opened.whole;
     let (field, _) = whole.source().field();
     let checksum = whole.source().checksum();
+    let count = |noun| report::count(opened.pieces, noun);
     let (kind, files) = match checksum {
         Some(checksum) => (
-            format!("clusters with the checksum {checksum:08x}"),
+            format!("{} with the checksum {checksum:08x}", count("cluster")),
             Vec::new(),
         ),
         // The list alone: rank 0 does not read the pieces of others.
-        None => ("pieces".to_owned(), vec![file.to_owned()]),
+        None => (count("piece"), vec![file.to_owned()]),
     };
     let ranks = report::count(ranks, "rank");
     Loaded {
         description: format!(
-            "{} tetrahedra in {} {kind}, field '{field}', at {ranks}",
-            whole.cell_count(),
-            opened.pieces
+            "{} tetrahedra in {kind}, field '{field}', at {ranks}",
+            whole.cell_count()
         ),
         field: field.to_owned(),
         volume: Volume::Clusters(whole.clone()),

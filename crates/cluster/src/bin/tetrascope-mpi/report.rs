@@ -88,6 +88,10 @@ impl Report<'_> {
                 "runs": times.runs,
                 "pixel_bytes": times.pixel_bytes,
                 "bands": times.bands,
+                "received_runs": times.received_runs,
+                "cast_work": times.cast_work,
+                "exchange_work": times.exchange_work,
+                "gather_work": times.gather_work,
             })
         };
         let warnings = self.warning.into_iter();
