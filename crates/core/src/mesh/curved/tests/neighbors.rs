@@ -126,7 +126,7 @@ struct Cell {
     nodes: Vec<DVec3>,
 }
 
-fn cell(cell_type: u8, count: usize, corners: &[DVec3], map: &dyn Fn(DVec3) -> DVec3) -> Cell {
+fn cell(cell_type: u8, count: usize, corners: &[DVec3], map: Map) -> Cell {
     let form = Form::of(cell_type, count, None)
         .expect("an order")
         .expect("it is cut");
@@ -177,9 +177,12 @@ fn cube(x: f64) -> [DVec3; 8] {
     corners.map(|p: [u8; 3]| DVec3::new(x + f64::from(p[0]), f64::from(p[1]), f64::from(p[2])))
 }
 
+/// Where a point of straight cells goes.
+type Map<'a> = &'a dyn Fn(DVec3) -> DVec3;
+
 /// A hexahedron, and on its side x = 1 another that is turned, or two wedges with their quadrilaterals there, and on top of a wedge
 /// a tetrahedron.
-fn block(orders: [usize; 2], wedges: bool, map: &dyn Fn(DVec3) -> DVec3) -> Vec<Cell> {
+fn block(orders: [usize; 2], wedges: bool, map: Map) -> Vec<Cell> {
     let hexahedron = |order: usize, corners: &[DVec3]| cell(72, (order + 1).pow(3), corners, map);
     let mut cells = vec![hexahedron(orders[0], &cube(0.0))];
     let c = cube(1.0);
@@ -259,7 +262,7 @@ fn orders_that_differ_meet_where_their_faces_are_the_same() {
     // What both orders can be: a shear, which is linear, and a quadratic map.
     let shear = |p: DVec3| p + DVec3::new(0.3 * p.y, 0.1 * p.z, 0.2 * p.x);
     let square = |p: DVec3| p + DVec3::new(0.1 * p.y * p.z, 0.2 * p.z * p.z, 0.1 * p.y * p.y);
-    let maps: [(&dyn Fn(DVec3) -> DVec3, [usize; 2]); 4] = [
+    let maps: [(Map, [usize; 2]); 4] = [
         (&shear, [1, 3]),
         (&shear, [2, 5]),
         (&square, [2, 3]),
