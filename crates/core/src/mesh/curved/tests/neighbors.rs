@@ -350,3 +350,31 @@ fn values_of_cells_with_points_of_their_own_stay_their_own() {
     let is_own = |value: &f64| (value - 1.0).abs() < 1e-12 || (value - 2.0).abs() < 1e-12;
     assert!(values.iter().all(is_own), "{values:?}");
 }
+
+#[test]
+fn points_that_are_moved_count_in_the_bound() {
+    // Two cells whose nodes on the face between them differ by what 32 bits round.
+    let mut block = block([3; 2], false, &bent);
+    for cell in &mut block {
+        cell.nodes
+            .iter_mut()
+            .for_each(|node| *node = node.as_vec3().as_dvec3());
+    }
+    let off = f64::from(f32::EPSILON);
+    let on_face = |place: &DVec3| (place.x - bent(DVec3::new(1.0, 0.0, 0.0)).x).abs() < 0.3;
+    let nodes = block[1].nodes.iter_mut().skip(8);
+    nodes
+        .filter(|node| on_face(node))
+        .for_each(|node| node.z += off);
+    let (points, cells) = together(&block, false);
+    let cut = cut_into(5, points, &cells, vec![], &Extra::default());
+    let report = cut.report.expect("there are curved cells");
+    // The box is about 2 × 1 × 1, and functions of order 3 enlarge what is off by up to 2.21².
+    assert_eq!(report.apart, 0);
+    assert!(
+        report.shape > 0.1 * off && report.shape < 5.0 * off,
+        "{report:?}"
+    );
+    let faces = mesh_of(cut).boundary_faces().len();
+    assert_eq!(faces, free_triangles(false) * 25);
+}
