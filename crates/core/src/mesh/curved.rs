@@ -105,7 +105,8 @@ pub struct CurvedReport {
     /// How far a value is at most from that of the curved cell at the same point, in parts of the
     /// field's range.
     pub field: f64,
-    /// Whether both are less than what was asked for.
+    /// Whether both are less than what was asked for, but for the rounding of coordinates, by which points of neighbors are moved
+    /// to one place: at most 1e-6.
     pub is_kept: bool,
     /// Whether the numbers are estimates: those of pyramids are, whose functions are rational.
     pub is_estimate: bool,

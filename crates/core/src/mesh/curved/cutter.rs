@@ -131,17 +131,17 @@ impl<'a> Cutter<'a> {
             .iter()
             .map(|&point| points[point as usize]);
         let diagonal = Bounds::of(named).diagonal();
-        let rounding = rounding(&points);
+        // Far from the origin, coordinates of 32 bits are coarse. What shows there is said, not moved.
+        let rounding = rounding(&points).min(1e-6 * diagonal);
         let sorted = self.sorted(&made);
         let new = self.values(&made, &sorted, |node| points[node]);
         points.extend(new);
         let meeting = seams.meet(&mut points, rounding);
         report.apart = meeting.cells_apart;
-        report.gap = if meeting.gap > 0.0 {
-            meeting.gap / diagonal
-        } else {
-            0.0
-        };
+        if diagonal > 0.0 {
+            report.gap = meeting.gap / diagonal;
+            report.shape += meeting.moved / diagonal;
+        }
         report.hanging = self.hanging_faces(&places);
         let keep = without_nodes(points.len(), self.cells, &mut cut);
         let spread = |field: Scalars| {

@@ -141,6 +141,8 @@ pub(super) struct Meeting {
     pub(super) cells_apart: usize,
     /// The greatest distance between them.
     pub(super) gap: f64,
+    /// How far a point was moved at most.
+    pub(super) moved: f64,
 }
 
 impl Seams {
@@ -198,6 +200,7 @@ impl Seams {
             let own = &mut points[point as usize];
             let distance = (*own - leader).length();
             if distance <= rounding {
+                meeting.moved = meeting.moved.max(distance);
                 *own = leader;
                 continue;
             }

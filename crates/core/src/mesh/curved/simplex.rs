@@ -122,10 +122,9 @@ mod tests {
                 let matrix = simplex.to_bernstein();
                 for (node, index) in simplex.indices.iter().enumerate() {
                     let functions = simplex.bernstein(index.map(|i| i as f64));
-                    for other in 0..simplex.indices.len() {
-                        let value: f64 = (0..functions.len())
-                            .map(|c| functions[c] * matrix[c][other])
-                            .sum();
+                    for other in 0..functions.len() {
+                        let terms = functions.iter().zip(&matrix);
+                        let value: f64 = terms.map(|(f, row)| f * row[other]).sum();
                         let expected = if node == other { 1.0 } else { 0.0 };
                         assert!(
                             (value - expected).abs() < 1e-11,

@@ -126,7 +126,7 @@ struct Cell {
     nodes: Vec<DVec3>,
 }
 
-fn cell(cell_type: u8, count: usize, corners: &[DVec3], map: &dyn Fn(DVec3) -> DVec3) -> Cell {
+fn cell(cell_type: u8, count: usize, corners: &[DVec3], map: Map) -> Cell {
     let form = Form::of(cell_type, count, None)
         .expect("an order")
         .expect("it is cut");
@@ -177,9 +177,12 @@ fn cube(x: f64) -> [DVec3; 8] {
     corners.map(|p: [u8; 3]| DVec3::new(x + f64::from(p[0]), f64::from(p[1]), f64::from(p[2])))
 }
 
+/// Where a point of straight cells goes.
+type Map<'a> = &'a dyn Fn(DVec3) -> DVec3;
+
 /// A hexahedron, and on its side x = 1 another that is turned, or two wedges with their quadrilaterals there, and on top of a wedge
 /// a tetrahedron.
-fn block(orders: [usize; 2], wedges: bool, map: &dyn Fn(DVec3) -> DVec3) -> Vec<Cell> {
+fn block(orders: [usize; 2], wedges: bool, map: Map) -> Vec<Cell> {
     let hexahedron = |order: usize, corners: &[DVec3]| cell(72, (order + 1).pow(3), corners, map);
     let mut cells = vec![hexahedron(orders[0], &cube(0.0))];
     let c = cube(1.0);
@@ -259,7 +262,7 @@ fn orders_that_differ_meet_where_their_faces_are_the_same() {
     // What both orders can be: a shear, which is linear, and a quadratic map.
     let shear = |p: DVec3| p + DVec3::new(0.3 * p.y, 0.1 * p.z, 0.2 * p.x);
     let square = |p: DVec3| p + DVec3::new(0.1 * p.y * p.z, 0.2 * p.z * p.z, 0.1 * p.y * p.y);
-    let maps: [(&dyn Fn(DVec3) -> DVec3, [usize; 2]); 4] = [
+    let maps: [(Map, [usize; 2]); 4] = [
         (&shear, [1, 3]),
         (&shear, [2, 5]),
         (&square, [2, 3]),
@@ -346,4 +349,32 @@ fn values_of_cells_with_points_of_their_own_stay_their_own() {
     // Sums of up to 64 functions of values 1 or 2, which are not mixed.
     let is_own = |value: &f64| (value - 1.0).abs() < 1e-12 || (value - 2.0).abs() < 1e-12;
     assert!(values.iter().all(is_own), "{values:?}");
+}
+
+#[test]
+fn points_that_are_moved_count_in_the_bound() {
+    // Two cells whose nodes on the face between them differ by what 32 bits round.
+    let mut block = block([3; 2], false, &bent);
+    for cell in &mut block {
+        cell.nodes
+            .iter_mut()
+            .for_each(|node| *node = node.as_vec3().as_dvec3());
+    }
+    let off = f64::from(f32::EPSILON);
+    let on_face = |place: &DVec3| (place.x - bent(DVec3::new(1.0, 0.0, 0.0)).x).abs() < 0.3;
+    let nodes = block[1].nodes.iter_mut().skip(8);
+    nodes
+        .filter(|node| on_face(node))
+        .for_each(|node| node.z += off);
+    let (points, cells) = together(&block, false);
+    let cut = cut_into(5, points, &cells, vec![], &Extra::default());
+    let report = cut.report.expect("there are curved cells");
+    // The box is about 2 × 1 × 1, and functions of order 3 enlarge what is off by up to 2.21².
+    assert_eq!(report.apart, 0);
+    assert!(
+        report.shape > 0.1 * off && report.shape < 5.0 * off,
+        "{report:?}"
+    );
+    let faces = mesh_of(cut).boundary_faces().len();
+    assert_eq!(faces, free_triangles(false) * 25);
 }
