@@ -234,7 +234,7 @@ impl Bench {
     /// Uses `bytes` as `target` does: whether they were read, or refused.
     ///
     /// # Errors
-    /// What is wrong with the answer: a message that is not one printable line, or more memory
+    /// The fault of the answer: a message that is not one printable line, or more memory
     /// than [`allowed`], if the process counts it by [`PeakAlloc`].
     ///
     /// # Panics

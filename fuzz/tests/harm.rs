@@ -94,7 +94,7 @@ fn refused(files: &Files, words: &str) {
     }
 }
 
-/// What opening `files` answers, which comes at once; their bytes, and those of memory.
+/// The answer to opening `files`, which comes at once; their bytes, and those of memory.
 fn measured(files: &Files) -> (Result<(), Error>, usize, u64) {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = tempfile::tempdir().expect("a folder");

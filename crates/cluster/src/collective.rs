@@ -1,4 +1,4 @@
-//! What all ranks do together: gather, tell, agree. Each takes as many steps as the number of ranks has bits.
+//! Steps that all ranks take together: gather, tell, agree. Each takes as many steps as the number of ranks has bits.
 
 use tetrascope_core::Error;
 

@@ -18,7 +18,7 @@ pub struct Exchange {
     factors: Vec<usize>,
 }
 
-/// What a rank has sent in an exchange.
+/// Counts of what a rank has sent in an exchange.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sent {
     /// Messages, empty ones too.

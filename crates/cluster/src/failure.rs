@@ -15,7 +15,7 @@ pub struct Failure {
     pub everywhere: bool,
     /// Who has to act on it.
     pub kind: ErrorKind,
-    /// What failed and where, in one line.
+    /// The fault and its place, in one line.
     pub message: String,
     /// How to help, if that is known.
     pub help: Option<String>,

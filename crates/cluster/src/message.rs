@@ -8,7 +8,7 @@ use tetrascope_core::OpticalModel;
 use tetrascope_core::glam::{DVec3, Vec3};
 use tetrascope_raycast_cpu::{Run, Tile};
 
-/// What runs carry beside pixel and light.
+/// The numbers that runs carry beside pixel and light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Parts {
     transmittance: bool,

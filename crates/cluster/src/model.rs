@@ -1,4 +1,4 @@
-//! What many ranks take, predicted from measures of few.
+//! Times of many ranks, predicted from measures of few.
 //!
 //! The model counts what the busiest rank does and sends, and multiplies by what that costs on a machine:
 //!

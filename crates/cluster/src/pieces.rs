@@ -28,7 +28,7 @@ use crate::partition::by_bytes;
 use crate::{Communicator, Failure, Share};
 use told::{Facts, all_fields, numbers};
 
-/// What to read of a mesh, and in how much memory.
+/// The part of a mesh to read, and the memory for it.
 #[derive(Clone, Debug)]
 pub struct Wanted {
     /// The field, as `MeshData::choose` finds it; `None` for the first that varies.

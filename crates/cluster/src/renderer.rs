@@ -29,7 +29,7 @@ pub struct RankRenderer {
 pub struct Picture {
     /// The picture with the counts of all ranks, at rank 0.
     pub frame: Option<Frame>,
-    /// What each rank took, by rank, at rank 0.
+    /// The times of each rank, by rank, at rank 0.
     pub times: Vec<Times>,
 }
 

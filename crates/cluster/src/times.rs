@@ -2,7 +2,7 @@
 
 use crate::exchange::Sent;
 
-/// What a picture took at one rank. Seconds are of the wall clock, and but for `cast` they include waiting for others; seconds of
+/// The times of a picture at one rank. Seconds are of the wall clock, and but for `cast` they include waiting for others; seconds of
 /// processors do not count what other programs take (where the system does not tell them, they are of the wall clock).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Times {

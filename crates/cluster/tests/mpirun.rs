@@ -330,7 +330,7 @@ fn a_rank_that_panics_ends_all_with_one_line() {
     assert!(!folder.path("out.npy").exists());
 }
 
-/// What `tetrascope` draws of the same clusters.
+/// The picture that `tetrascope` draws of the same clusters.
 #[test]
 fn the_picture_is_that_of_the_renderer_within_one_process() {
     use tetrascope::core::{Volume, VolumeRenderer as _};

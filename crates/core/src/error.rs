@@ -92,7 +92,7 @@ pub enum Error {
     /// No graphics adapter fits.
     #[error("no suitable graphics adapter: {}", sentence(reason))]
     NoAdapter {
-        /// What was looked for, and what was found.
+        /// The adapter that was looked for, and those that were found.
         reason: String,
         /// The command to type.
         help: Option<String>,

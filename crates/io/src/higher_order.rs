@@ -1,4 +1,4 @@
-//! What VTK's files say of cells of any order beside their types and points: orders that differ along the axes,
+//! Facts of VTK's files on cells of any order beside their types and points: orders that differ along the axes,
 //! weights of points, and the numbering of old files.
 
 use tetrascope_core::Error;
@@ -38,7 +38,7 @@ fn find<'a>(arrays: &'a [Array], name: &str) -> Option<&'a Array> {
 }
 
 impl MeshData {
-    /// What the file says of curved cells, if there are any for which it counts.
+    /// The file's facts on curved cells, if there are any for which these count.
     ///
     /// # Errors
     /// Those of the file, where arrays are read only now.

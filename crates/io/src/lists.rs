@@ -25,7 +25,7 @@ pub struct Pieces {
     pub files: Vec<PieceFile>,
     /// Whether a field may be absent in some of them, and is then NaN there; otherwise it has to be in all of them.
     pub all_fields: bool,
-    /// What was left out or chosen, one sentence each.
+    /// Omissions and choices, one sentence each.
     pub notes: Vec<String>,
 }
 

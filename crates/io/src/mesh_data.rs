@@ -131,7 +131,7 @@ impl MeshData {
         })
     }
 
-    /// What helps where there is no field.
+    /// A hint where there is no field.
     fn without_fields(&self) -> String {
         let is_plot3d = |file: &PathBuf| {
             let extension = file.extension().unwrap_or_default().to_string_lossy();

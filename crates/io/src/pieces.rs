@@ -84,7 +84,7 @@ pub(crate) fn join<P: Piece>(
     join_as(Role::Whole, budget, pieces, fields, data)
 }
 
-/// What a mesh is read for.
+/// The use that a mesh is read for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     /// To be the whole. It has cells.

@@ -43,7 +43,7 @@ pub struct RaycastOptions {
     /// of the mesh's greatest extent, 0 or more. [`Passes::PingPong`] only.
     ///
     /// The paper has 0.1 in its meshes' own unit: 0.0045 of the Blunt Fin's extent.
-    /// What is thinner than this, between two entries of a ray, is not seen. Only where
+    /// A part thinner than this, between two entries of a ray, is not seen. Only where
     /// rays cross [`Crossings::Planes`].
     pub peel_bias: f32,
     /// How a ray's way through cells is found. [`Passes::PingPong`] only.

@@ -377,7 +377,7 @@ fn order_shows(case: &Case, model: OpticalModel) -> bool {
     !(model.commutes() || one_color)
 }
 
-/// What neighbors may change that a sort by centers has swapped, twice what was measured:
+/// The change by neighbors that a sort by centers has swapped, at most: twice what was measured:
 /// the product of their opacities (0.1 each where their chords are short, as
 /// they are where centers mislead) times the difference of their colors (0.2).
 const ROUGH_ORDER: (f64, f64) = (4e-4, 3e-3);

@@ -12,7 +12,7 @@ use xtask::compare::{self, Options};
 use xtask::setup::{adapter_is_required, browser};
 use xtask::testing::algorithms;
 
-/// What a browser is asked of a page: it does what a person would, and leaves what it finds as text.
+/// A script for a browser: it does what a person would, and leaves what it finds as text.
 const QUESTIONS: &str = include_str!("questions.js");
 
 fn check(out: &Path) -> Options {

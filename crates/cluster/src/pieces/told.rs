@@ -9,7 +9,7 @@ use tetrascope_io::lists::PieceField;
 use crate::collective::all_gather;
 use crate::{Communicator, Failure};
 
-/// What all ranks know of a piece with cells.
+/// The facts on a piece with cells that all ranks know.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Facts {
     pub(super) piece: usize,

@@ -69,7 +69,7 @@ impl Default for Straightening {
     }
 }
 
-/// What a file says of curved cells beside their types and points.
+/// A file's facts on curved cells beside their types and points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extra {
     /// The orders of each cell along its axes, VTK's HigherOrderDegrees: used for hexahedra and wedges of any order.

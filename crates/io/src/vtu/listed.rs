@@ -138,7 +138,7 @@ pub(super) fn read(list: Arc<Source>, kind: Kind) -> Result<FileData, Error> {
 /// The meshes that a `.pvtu` or `.vtm` file lists.
 pub(crate) struct Listed {
     pub(crate) files: Vec<PathBuf>,
-    /// What was left out.
+    /// Parts that were left out.
     pub(crate) notes: Vec<String>,
     /// Whether each has fields of its own: `.vtm`.
     pub(crate) all_fields: bool,

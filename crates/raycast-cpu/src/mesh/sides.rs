@@ -126,7 +126,7 @@ fn exactly_positive([ax, ay]: [f32; 2], [bx, by]: [f32; 2]) -> bool {
 ///
 /// Products of f32 err by 2⁻²⁴ of themselves, so for a sliver, l long and h wide as the ray sees it,
 /// they name a point up to e l beside the ray, e = 2⁻²⁴ l / h: much farther than vertices are rounded.
-/// What is left of the equation is solved once more. That leaves some 2⁻²⁴ l, as if the ray had moved,
+/// The rest of the equation is solved once more. That leaves some 2⁻²⁴ l, as if the ray had moved,
 /// and e² l.
 #[inline(always)]
 pub(super) fn shares<S: Simd>(

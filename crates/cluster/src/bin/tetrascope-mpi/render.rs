@@ -120,7 +120,7 @@ fn panic_if_asked(rank: usize) {
     }
 }
 
-/// What is asked for, before anything of the mesh is read.
+/// The request, before anything of the mesh is read.
 struct Asked {
     request: Request,
     /// Where to write.

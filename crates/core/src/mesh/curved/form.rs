@@ -1,4 +1,4 @@
-//! What kind of curved cell a cell of a file is: by its type, its number of nodes and its degrees.
+//! The kind of a curved cell of a file: by its type, its number of nodes and its degrees.
 
 use std::collections::HashMap;
 

@@ -134,7 +134,7 @@ pub(super) struct Wanted<'a> {
     pub(super) node: Option<u64>,
 }
 
-/// What became of points that are not the first of their name.
+/// The fate of points that are not the first of their name.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Meeting {
     /// Cells with points that lie elsewhere than a neighbor's.
