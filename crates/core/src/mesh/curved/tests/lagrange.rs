@@ -435,3 +435,76 @@ fn nodes_exchanged_twice_are_where_they_were() {
         );
     }
 }
+
+#[test]
+fn cells_of_any_numbers_are_cut_or_refused() {
+    const TYPES: [u8; 12] = [24, 25, 26, 27, 71, 72, 73, 78, 79, 80, 12, 74];
+    const COUNTS: [usize; 12] = [4, 6, 8, 10, 13, 15, 18, 20, 24, 27, 40, 64];
+    const NUMBERS: [f64; 8] = [0.0, 1.0, 1.0, 2.0, 3.0, f64::NAN, f64::INFINITY, 1e300];
+    let mut cut = 0;
+    for case in 0..3000 {
+        let seed = f64::from(case) * 7.7;
+        let choice = |i: f64, of: usize| ((noise(seed + i) + 1.0) / 2.0 * of as f64) as usize % of;
+        // Few points, so that cells are degenerate and share faces; some are far away or not finite.
+        let coordinate = |i: f64| match choice(i + 0.5, 400) {
+            0 => NUMBERS[choice(i, 8)],
+            _ => choice(i, 4) as f64,
+        };
+        let points = (0..24).map(f64::from);
+        let points =
+            points.map(|i| DVec3::new(coordinate(i), coordinate(i + 0.1), coordinate(i + 0.2)));
+        let points: Vec<DVec3> = points.collect();
+        let mut cells = Cells {
+            offsets: vec![0],
+            ..Cells::default()
+        };
+        for cell in 0..3 {
+            let at = 100.0 + 90.0 * f64::from(cell);
+            let count = COUNTS[choice(at, 12)];
+            let nodes = (0..count).map(|i| choice(at + 1.0 + i as f64, 24) as u64);
+            cells.connectivity.extend(nodes);
+            cells.types.push(TYPES[choice(at + 0.3, 12)]);
+            cells.offsets.push(cells.connectivity.len() as u64);
+        }
+        let degree = |i: f64| NUMBERS[choice(i, 6)];
+        let extra = Extra {
+            degrees: match case % 3 {
+                0 => [500.0, 501.0, 502.0]
+                    .map(|i| [degree(i), degree(i + 0.1), degree(i + 0.2)])
+                    .to_vec(),
+                _ => Vec::new(),
+            },
+            weights: match case % 5 {
+                0 => (0..24)
+                    .map(|i| NUMBERS[1 + choice(600.0 + f64::from(i), 4)])
+                    .collect(),
+                _ => Vec::new(),
+            },
+        };
+        let field = Scalars {
+            name: "f".into(),
+            association: Association::Point,
+            values: (0..24)
+                .map(|i| NUMBERS[choice(700.0 + f64::from(i), 8)])
+                .collect(),
+        };
+        let how = Straightening {
+            tolerance: 1e-2,
+            most_cells: 500,
+        };
+        let Ok(made) = straighten(points, cells, vec![field], &extra, how) else {
+            continue;
+        };
+        if let Some(report) = made.report {
+            assert!(
+                report.shape >= 0.0 && report.field >= 0.0 && report.gap >= 0.0,
+                "{case}: {report}"
+            );
+            cut += 1;
+        }
+        let field = made.scalars.into_iter().next().expect("one field");
+        assert_eq!(field.values.len(), made.points.len(), "{case}");
+        let _ = TetMesh::new(made.points, &made.cells, field);
+    }
+    assert!(cut > 20, "{cut}");
+}
