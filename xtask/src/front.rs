@@ -6,7 +6,8 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::io::{Read as _, Write as _};
+use std::fs::File;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, ExitStatus, Stdio};
 
@@ -177,11 +178,14 @@ fn libraries(of: &[&str]) -> Command {
 /// while a browser or a disk works. The others' output comes when all have ended. How the first ended, and the last of
 /// the others that ran.
 fn run_beside(command: Command, others: Vec<Command>) -> (ExitStatus, ExitStatus) {
+    // In a file, not in a pipe: who reads a pipe to its end waits for whatever a test has left running, too.
+    let name = format!("beside-{}.log", std::process::id());
+    let path = env::temp_dir().join(name);
+    let written = path.clone();
     let others = std::thread::spawn(move || {
-        let mut output = Vec::new();
         let mut last = ExitStatus::default();
         for command in others {
-            last = collect(command, &mut output).unwrap_or_else(|error| {
+            last = append(command, &written).unwrap_or_else(|error| {
                 say(&format!("cannot run the tests beside the others: {error}"));
                 std::process::exit(1)
             });
@@ -189,25 +193,24 @@ fn run_beside(command: Command, others: Vec<Command>) -> (ExitStatus, ExitStatus
                 break;
             }
         }
-        (last, output)
+        last
     });
     let status = run(command);
     say("waiting for the tests that run beside these");
-    let (last, output) = others.join().expect("it does not panic");
+    let last = others.join().expect("it does not panic");
+    let output = std::fs::read(&path).unwrap_or_default();
+    _ = std::fs::remove_file(&path);
     // Whoever closed standard output does not read it.
     _ = std::io::stdout().lock().write_all(&output);
     (status, last)
 }
 
-/// Adds what a command prints, on both of its streams in their order, to `output`.
-fn collect(mut command: Command, output: &mut Vec<u8>) -> std::io::Result<ExitStatus> {
-    let (mut reader, writer) = std::io::pipe()?;
+/// Adds what a command prints, on both of its streams, to a file.
+fn append(mut command: Command, path: &Path) -> std::io::Result<ExitStatus> {
+    let file = File::options().create(true).append(true).open(path)?;
     command.stdin(Stdio::null());
-    command.stdout(writer.try_clone()?).stderr(writer);
-    let mut child = command.spawn()?;
-    drop(command); // its ends of the pipe are ours
-    reader.read_to_end(output)?;
-    child.wait()
+    command.stdout(file.try_clone()?).stderr(file);
+    command.status()
 }
 
 /// The adapter behind `--adapter`, and the other arguments; or the mistake, in words.
