@@ -1,5 +1,6 @@
 //! Tests of the pictures of a session, without a network.
 
+use std::cell::RefCell;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 
@@ -17,6 +18,8 @@ use crate::program::{PATIENCE, PROGRAM, decode};
 struct Told {
     session: Session,
     events: Receiver<Event>,
+    /// The last complete picture: it may come before the state that it shows, as they are of other threads.
+    last: RefCell<Option<Arc<Encoded>>>,
 }
 
 fn start(change: impl FnOnce(&mut SceneFile)) -> Told {
@@ -47,6 +50,7 @@ fn start_scene(scene: SceneFile) -> Told {
     Told {
         session: Session::start(start, tell).expect("it starts"),
         events,
+        last: RefCell::new(None),
     }
 }
 
@@ -65,19 +69,27 @@ impl Told {
     }
 
     fn next(&self) -> Event {
-        self.events
-            .recv_timeout(PATIENCE)
-            .expect("something happens")
+        let event = self.events.recv_timeout(PATIENCE);
+        let event = event.expect("something happens");
+        if let Event::Picture(picture) = &event
+            && picture.kind == Kind::Complete
+        {
+            self.last.replace(Some(picture.clone()));
+        }
+        event
     }
 
     /// The complete picture of the newest state.
     fn complete(&self) -> Arc<Encoded> {
-        let version = self.session.state().version;
         loop {
-            match self.next() {
-                Event::Picture(p) if p.kind == Kind::Complete && p.version == version => return p,
-                Event::Problem(problem, ..) => panic!("{problem}"),
-                _ => {}
+            let newest = self.session.state().version;
+            if let Some(picture) = &*self.last.borrow()
+                && picture.version == newest
+            {
+                return picture.clone();
+            }
+            if let Event::Problem(problem, ..) = self.next() {
+                panic!("{problem}");
             }
         }
     }
