@@ -49,7 +49,7 @@ them. What these print comes last.
 `VK_DRIVER_FILES` set means that you chose a driver: then it is the only one.
 The tests of the Python package need a Python with NumPy and pytest: `TETRASCOPE_PYTHON`, or one
 that is found or installed.
-`tetrascope-mpi` is tested, unless arguments choose what to test, where an MPI is found or installed.
+`cargo xtask test --mpi` installs an MPI where it may, and runs the tests of `tetrascope-mpi` alone.
 
 Without an adapter, tests that need one say that they are skipped; with the
 environment variable CI set, a missing adapter or second driver is a failure.";
@@ -103,6 +103,13 @@ fn test(rest: &[OsString]) -> ExitCode {
         }
     };
     let rest = &rest[..];
+    // Apart from the others, as dependencies of MPI make cargo build nearly everything anew.
+    if rest.first().is_some_and(|first| first == "--mpi") {
+        return match mpi() {
+            true => code(run(tests_of_mpi())),
+            false => ExitCode::from(4),
+        };
+    }
     // What comes before `--` chooses what to build, what comes after is for the tests.
     let chosen = rest.split(|a| a == "--").next().unwrap_or_default();
     let phases = if adapter.is_some() { 3 } else { 4 };
@@ -155,10 +162,6 @@ fn test(rest: &[OsString]) -> ExitCode {
         }
         Second::Missing => say("no second driver: the tests run on one"),
         Second::NotWanted => {}
-    }
-    match mpi() {
-        true => beside.push(tests_of_mpi()),
-        false => say("no MPI: the tests of tetrascope-mpi are skipped"),
     }
     let (status, of_libraries) = run_beside(tests, beside);
     match status.success() {
