@@ -10,7 +10,7 @@ use crate::{Communicator, Failure};
 /// A rank that is gone.
 pub fn gather(ranks: &impl Communicator, own: Vec<u8>) -> Result<Option<Vec<Vec<u8>>>, Failure> {
     let (rank, size) = (ranks.rank(), ranks.size());
-    // Of the ranks from this one on.
+    // Parts of the ranks from this one on, by rank.
     let mut held = vec![own];
     let mut step = 1;
     while step < size {

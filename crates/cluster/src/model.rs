@@ -88,7 +88,7 @@ impl Work {
         self.covered * (self.shape / parts.max(1.0)).powf(2.0 / 3.0).min(1.0)
     }
 
-    /// What as many ranks take as the exchange has.
+    /// The prediction for the ranks of an exchange.
     pub fn predict(&self, machine: &Machine, exchange: &Exchange) -> Prediction {
         let ranks = exchange.factors().iter().product::<usize>() as f64;
         let busiest = 1.0 + self.imbalance * ranks.log2();
@@ -124,7 +124,7 @@ impl Work {
     }
 }
 
-/// What the busiest rank takes.
+/// Times and counts of the busiest rank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Prediction {
     /// Seconds of casting rays.

@@ -1,4 +1,4 @@
-//! What a picture took at each rank.
+//! The times of a picture at each rank.
 
 use crate::exchange::Sent;
 

@@ -235,7 +235,7 @@ fn a_damaged_cluster_is_found_by_the_rank_that_has_it() {
     let path = folder.path("mesh.tsc");
     write_tsc(&path, &mesh, &limits).expect("written");
     let mut bytes = std::fs::read(&path).expect("a file");
-    // Of the first cluster, which the first rank has.
+    // Spoil the first cluster, which the first rank has.
     bytes[100] ^= 1;
     std::fs::write(&path, bytes).expect("written");
     let run = folder.run(2, "render mesh.tsc --size 16 -o out.npy");

@@ -7,7 +7,7 @@
 
 use super::adjacency::FACES;
 
-/// More boundary triangles than these at one edge are not looked at in pairs: they no mesh that fills space has so many.
+/// More boundary triangles than these at one edge are not looked at in pairs: no mesh that fills space has so many.
 const MOST_AT_AN_EDGE: usize = 64;
 
 /// A triangle of the boundary at one of its sides.
@@ -97,7 +97,7 @@ pub(super) fn crossed_faces(
         let same = quads[first..].iter().take_while(|q| q.corners == reversed);
         let mut others = same.filter(|other| {
             let is_apart = other.cells.iter().all(|cell| !quad.cells.contains(cell));
-            // Of two cut cells, it counts with one of them.
+            // Count a face between two cut cells once.
             let counts = !is_cut(other) || quad.diagonal < other.diagonal;
             other.diagonal != quad.diagonal && is_apart && counts
         });

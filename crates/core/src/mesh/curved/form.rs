@@ -23,7 +23,7 @@ pub(super) enum Basis {
 pub(super) struct Form {
     pub(super) family: Family,
     pub(super) basis: Basis,
-    /// Of the full set; those of a wedge are the first and the last, that of a tetrahedron is the first.
+    /// Orders along three axes. A wedge has the first and the last of them, a tetrahedron the first.
     pub(super) orders: [usize; 3],
     pub(super) nodes: usize,
 }

@@ -29,7 +29,7 @@ impl<'a> Net<'a> {
         }
     }
 
-    /// Of values at the nodes of Lagrange's functions.
+    /// The net of values at the nodes of Lagrange's functions.
     pub(super) fn of_values(factors: &'a [Factor], values: Vec<DVec3>) -> Net<'a> {
         let mut net = Net::new(factors, values);
         for (number, factor) in factors.iter().enumerate() {

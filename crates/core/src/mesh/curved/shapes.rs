@@ -32,7 +32,7 @@ pub(super) enum Family {
 #[derive(Clone, Debug)]
 pub(super) struct Factor {
     pub(super) simplex: Simplex,
-    /// Of the order below.
+    /// Functions of the order below.
     pub(super) below: Simplex,
     /// Bernstein's coefficients of values at nodes.
     pub(super) to_bernstein: Vec<Vec<f64>>,

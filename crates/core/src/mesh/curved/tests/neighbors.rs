@@ -259,7 +259,7 @@ fn cells_with_points_of_their_own_meet_to_the_last_bit() {
 
 #[test]
 fn orders_that_differ_meet_where_their_faces_are_the_same() {
-    // What both orders can be: a shear, which is linear, and a quadratic map.
+    // Maps that both orders can have: a shear, which is linear, and a quadratic map.
     let shear = |p: DVec3| p + DVec3::new(0.3 * p.y, 0.1 * p.z, 0.2 * p.x);
     let square = |p: DVec3| p + DVec3::new(0.1 * p.y * p.z, 0.2 * p.z * p.z, 0.1 * p.y * p.y);
     let maps: [(Map, [usize; 2]); 4] = [
